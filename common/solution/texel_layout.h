@@ -1,0 +1,45 @@
+#pragma once
+
+#include "common/scene/scene.h"
+#include "common/support/result.h"
+#include "common/transport/hit.h"
+
+#include <cstdint>
+#include <vector>
+
+/// The light map: each triangle carries an n x n barycentric grid of n^2 texels of equal area A / n^2, for each side.
+namespace lumenfarm {
+
+class TexelLayout {
+public:
+    /// n = ceil(longest edge / texel_m), at most limits::texel_rows_max. Errors: bad_input when the scene would have more
+    /// than limits::texels_max texels: the sentence names a texel size that fits.
+    static Result<TexelLayout> make(const Scene& scene, double texel_m);
+
+    std::uint64_t texel_count() const { return first_.back(); }  ///< both sides together
+    std::uint32_t rows(std::uint32_t triangle) const { return rows_[triangle]; }
+    /// First texel of a triangle's side; its n^2 texels follow.
+    std::uint64_t first_texel(std::uint32_t triangle, std::uint32_t side) const {
+        return first_[triangle] + side * std::uint64_t{rows_[triangle]} * rows_[triangle];
+    }
+    /// The texel of a packed hit; a pure function of the record.
+    std::uint64_t texel_of(const HitRecord& hit) const {
+        return first_texel(hit.triangle, hit.side()) + cell_of(hit.b1, hit.b2, rows_[hit.triangle]);
+    }
+    /// Cell in [0, n^2) of packed barycentrics: row i = floor(b1 n), then the pair of sub-triangles of column
+    /// j = floor(b2 n): lower 2j, upper 2j + 1; row i has 2 (n - i) - 1 cells.
+    static std::uint32_t cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n);
+    /// Barycentrics (b1, b2) of the centroid of a cell.
+    static Vec2f cell_centroid(std::uint32_t cell, std::uint32_t n);
+    /// Triangle and side of a texel, by binary search.
+    struct Place {
+        std::uint32_t triangle, side, cell;
+    };
+    Place place_of(std::uint64_t texel) const;
+
+private:
+    std::vector<std::uint16_t> rows_;
+    std::vector<std::uint64_t> first_;  ///< one more than triangles
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,94 @@
+#include "common/support/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace lumenfarm {
+namespace {
+
+class Descriptor {
+public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    int get() const { return fd_; }
+
+private:
+    int fd_;
+};
+
+std::string reason() { return std::strerror(errno); }
+
+bool write_all(int fd, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return false;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return true;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std::uint64_t bytes_max) {
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    struct stat status {};
+    if (file.get() < 0 || ::fstat(file.get(), &status) != 0)
+        return bad_input("cannot read '" + path.string() + "': " + reason());
+    if (!S_ISREG(status.st_mode)) return bad_input("cannot read '" + path.string() + "': it is not a regular file");
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    if (size > bytes_max)
+        return bad_input("'" + path.string() + "' has " + std::to_string(size) + " bytes; the limit is " +
+                         std::to_string(bytes_max));
+    std::vector<std::byte> bytes(size);
+    std::size_t have = 0;
+    while (have < bytes.size()) {
+        const ssize_t got = ::read(file.get(), bytes.data() + have, bytes.size() - have);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return failed("cannot read '" + path.string() + "': " + reason());
+        if (got == 0) return failed("'" + path.string() + "' became shorter while it was read");
+        have += static_cast<std::size_t>(got);
+    }
+    return bytes;
+}
+
+Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+    const std::string beside = path.string() + ".part-" + std::to_string(::getpid());
+    {
+        const Descriptor file(::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+        if (file.get() < 0) return failed("cannot write '" + path.string() + "': " + reason());
+        if (!write_all(file.get(), bytes) || ::fsync(file.get()) != 0) {
+            const std::string why = reason();
+            ::unlink(beside.c_str());
+            return failed("cannot write '" + path.string() + "': " + why);
+        }
+    }
+    if (::rename(beside.c_str(), path.c_str()) != 0) {
+        const std::string why = reason();
+        ::unlink(beside.c_str());
+        return failed("cannot write '" + path.string() + "': " + why);
+    }
+    return {};
+}
+
+Result<void> write_file(const std::filesystem::path& path, const std::string& text) {
+    return write_file(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+Result<void> make_folder(const std::filesystem::path& path) {
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error || !std::filesystem::is_directory(path, error))
+        return failed("cannot make the folder '" + path.string() + "'" + (error ? ": " + error.message() : ""));
+    return {};
+}
+
+}  // namespace lumenfarm

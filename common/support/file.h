@@ -1,0 +1,25 @@
+#pragma once
+
+#include "common/support/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Whole files. Sentences name the path and the system's reason.
+namespace lumenfarm {
+
+/// Errors: bad_input (missing, a folder, empty is allowed, larger than `bytes_max`), failed (read error).
+Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std::uint64_t bytes_max);
+
+/// Writes beside the path, syncs, and renames: readers see the old file or the whole new one. Errors: failed.
+Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+Result<void> write_file(const std::filesystem::path& path, const std::string& text);
+
+/// Makes the folder and its parents. Errors: failed, when it can't be made or is a file.
+Result<void> make_folder(const std::filesystem::path& path);
+
+}  // namespace lumenfarm

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "common/scene/scene.h"
+#include "common/scene/job_spec.h"
+#include "common/support/result.h"
+#include "common/transport/emission.h"
+#include "common/transport/hit.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// The tracer: (scene, range of particles) -> hits. No socket, clock or thread; any number may run side by side over
+/// one TracerScene.
+namespace lumenfarm {
+
+/// Consecutive particles of one light: [first, first + count).
+struct ParticleRange {
+    std::uint32_t light = 0;
+    std::uint64_t first = 0;
+    std::uint64_t count = 0;
+    bool operator==(const ParticleRange&) const = default;
+};
+
+/// Energies in radiant ticks. emitted == absorbed + escaped + cut_off (law 5); cut_off may be negative under roulette.
+struct EnergyBalance {
+    std::int64_t emitted = 0;
+    std::int64_t absorbed = 0;
+    std::int64_t escaped = 0;
+    std::int64_t cut_off = 0;
+    std::uint64_t particles = 0;
+    std::uint64_t hits = 0;
+    std::uint64_t bounce_limited = 0;  ///< paths that reached limits::bounces_max
+    std::array<std::int64_t, limits::batches> emitted_by_batch{};
+
+    EnergyBalance& operator+=(const EnergyBalance& other);
+    bool closed() const { return emitted == absorbed + escaped + cut_off; }
+    bool operator==(const EnergyBalance&) const = default;
+};
+
+/// The hits of a range, in the order of particles and bounces.
+struct TracedHits {
+    std::vector<HitRecord> records;
+    /// Absorption::attenuate: incident energy of each record in ticks. Analog: empty, the energy is the light's for the
+    /// record's wavelength.
+    std::vector<std::uint32_t> energies;
+    EnergyBalance balance;
+    void clear();
+};
+
+/// The scene made ready for tracing (Embree hierarchy, tables). Read-only and shared by threads.
+class TracerScene {
+public:
+    /// `isa`: an Embree ISA name ("sse4.2", "avx2", "avx512") or empty for the best of this machine; the bits of a result
+    /// do not depend on it. REQUIRES: validate(scene) succeeds; `scene` outlives this. Errors: bad_input (no light),
+    /// failed (Embree out of memory).
+    static Result<std::unique_ptr<TracerScene>> make(const Scene& scene, const std::string& isa = {});
+    virtual ~TracerScene() = default;
+
+    virtual const Scene& scene() const = 0;
+    virtual const Emission& emission() const = 0;
+    /// Traces the particles and appends to `hits`. REQUIRES: validate(spec); range within the light's particles.
+    virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits) const = 0;
+
+    /// The first surface that a ray meets, for cameras and probes. Double precision, the same bits everywhere.
+    struct Meeting {
+        std::uint32_t triangle = none;  ///< none: nothing is met
+        double distance = 0;            ///< in units of |direction|
+        double b1 = 0, b2 = 0;
+        bool back = false;
+    };
+    /// `from_triangle`: the triangle that the ray starts on, or none.
+    virtual Meeting meet(Vec3d origin, Vec3d direction, std::uint32_t from_triangle = none) const = 0;
+
+    virtual std::string isa() const = 0;  ///< the one in use
+};
+
+}  // namespace lumenfarm
