@@ -1,8 +1,8 @@
 #pragma once
 
+#include "common/scene/job_spec.h"
 #include "common/scene/scene.h"
 #include "common/solution/interval_set.h"
-#include "common/scene/job_spec.h"
 #include "common/solution/texel_layout.h"
 #include "common/support/digest.h"
 #include "common/support/result.h"
@@ -17,7 +17,11 @@
 /// The light solution: exact integer sums per texel and per surface, and the kept hits. Everything commutes.
 namespace lumenfarm {
 
-/// Sums of one texel. xyz: ticks weighted by xyz_ratios(). y_squared: sum of (y >> 4)^2, for standard errors.
+/// y is shifted before it is squared, so that the sum of the squares of a job fits.
+inline constexpr int y_squared_shift = 4;
+
+/// Sums of one texel. xyz: ticks weighted by xyz_ratios(). y_squared: sum of (y >> y_squared_shift)^2, for standard
+/// errors.
 struct TexelSums {
     std::int64_t radiant = 0, x = 0, y = 0, z = 0;
     std::uint64_t y_squared = 0;
@@ -48,6 +52,7 @@ std::uint64_t keep_priority(const KeptHit& hit);
 /// Adds hits into dense sums. One of these is a worker's map as well as the master's solution.
 class LightMap {
 public:
+    /// REQUIRES: `layout` was made for `scene` and outlives this.
     LightMap(const Scene& scene, const TexelLayout& layout);
 
     /// `energies` empty: analog, energies from `emission`. REQUIRES: records valid for the scene (valid_record).

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/scene/job_spec.h"
 #include "common/scene/scene.h"
 #include "common/support/result.h"
 #include "common/transport/hit.h"
@@ -12,9 +13,11 @@ namespace lumenfarm {
 
 class TexelLayout {
 public:
-    /// n = ceil(longest edge / texel_m), at most limits::texel_rows_max. Errors: bad_input when the scene would have more
-    /// than limits::texels_max texels: the sentence names a texel size that fits.
+    /// n = ceil(longest edge / texel_m), at most limits::texel_rows_max. Errors: bad_input when the scene would have
+    /// more than limits::texels_max texels: the sentence names a texel size that fits.
     static Result<TexelLayout> make(const Scene& scene, double texel_m);
+    /// The layout of a job: the texel size in force for the spec and the scene's bounding box.
+    static Result<TexelLayout> make(const Scene& scene, const JobSpec& spec);
 
     std::uint64_t texel_count() const { return first_.back(); }  ///< both sides together
     std::uint32_t rows(std::uint32_t triangle) const { return rows_[triangle]; }
@@ -26,8 +29,9 @@ public:
     std::uint64_t texel_of(const HitRecord& hit) const {
         return first_texel(hit.triangle, hit.side()) + cell_of(hit.b1, hit.b2, rows_[hit.triangle]);
     }
-    /// Cell in [0, n^2) of packed barycentrics: row i = floor(b1 n), then the pair of sub-triangles of column
-    /// j = floor(b2 n): lower 2j, upper 2j + 1; row i has 2 (n - i) - 1 cells.
+    /// Cell in [0, n^2) of packed barycentrics, taken at the middle of their step: row i = floor(b1 n), then the pair
+    /// of sub-triangles of column j = floor(b2 n): lower 2j, upper 2j + 1; row i has 2 (n - i) - 1 cells. REQUIRES: b1,
+    /// b2 < 65536; 0 < n <= limits::texel_rows_max.
     static std::uint32_t cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n);
     /// Barycentrics (b1, b2) of the centroid of a cell.
     static Vec2f cell_centroid(std::uint32_t cell, std::uint32_t n);

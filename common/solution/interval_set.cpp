@@ -1,0 +1,46 @@
+#include "common/solution/interval_set.h"
+
+#include <iterator>
+
+namespace lumenfarm {
+
+bool IntervalSet::insert(std::uint64_t begin, std::uint64_t end) {
+    if (begin >= end || overlaps(begin, end)) return false;
+    size_ += end - begin;
+    auto after = end_by_begin_.lower_bound(begin);
+    if (after != end_by_begin_.end() && after->first == end) {
+        end = after->second;
+        after = end_by_begin_.erase(after);
+    }
+    if (after != end_by_begin_.begin()) {
+        const auto before = std::prev(after);
+        if (before->second == begin) {
+            before->second = end;
+            return true;
+        }
+    }
+    end_by_begin_.emplace_hint(after, begin, end);
+    return true;
+}
+
+bool IntervalSet::covers(std::uint64_t begin, std::uint64_t end) const {
+    if (begin >= end) return true;
+    auto at = end_by_begin_.upper_bound(begin);
+    if (at == end_by_begin_.begin()) return false;
+    return std::prev(at)->second >= end;
+}
+
+bool IntervalSet::overlaps(std::uint64_t begin, std::uint64_t end) const {
+    if (begin >= end) return false;
+    const auto at = end_by_begin_.lower_bound(end);  // the last interval that begins before `end` stands before it
+    return at != end_by_begin_.begin() && std::prev(at)->second > begin;
+}
+
+std::vector<IntervalSet::Interval> IntervalSet::intervals() const {
+    std::vector<Interval> all;
+    all.reserve(end_by_begin_.size());
+    for (const auto& [begin, end] : end_by_begin_) all.push_back({begin, end});
+    return all;
+}
+
+}  // namespace lumenfarm

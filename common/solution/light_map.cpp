@@ -1,0 +1,107 @@
+#include "common/solution/solution.h"
+#include "common/support/ensure.h"
+#include "common/support/limits.h"
+
+#include <algorithm>
+#include <array>
+
+namespace lumenfarm {
+namespace {
+
+struct Contribution {
+    std::int64_t radiant, x, y, z;
+};
+
+std::int64_t weighted(std::uint32_t ticks, std::uint32_t ratio) {
+    return static_cast<std::int64_t>((std::uint64_t{ticks} * ratio + (1u << 19)) >> 20);
+}
+
+Contribution contribution(std::uint32_t ticks, const XyzRatios& ratios) {
+    return {ticks, weighted(ticks, ratios.xyz[0]), weighted(ticks, ratios.xyz[1]), weighted(ticks, ratios.xyz[2])};
+}
+
+void add_hit(TexelSums& sums, const Contribution& hit) {
+    sums.radiant += hit.radiant;
+    sums.x += hit.x;
+    sums.y += hit.y;
+    sums.z += hit.z;
+    const auto y = static_cast<std::uint64_t>(hit.y >> y_squared_shift);
+    sums.y_squared += y * y;
+    ++sums.hits;
+}
+
+void add_hit(BatchSums& sums, const Contribution& hit) {
+    sums.radiant += hit.radiant;
+    sums.y += hit.y;
+    ++sums.hits;
+}
+
+}  // namespace
+
+TexelSums& TexelSums::operator+=(const TexelSums& other) {
+    radiant += other.radiant;
+    x += other.x;
+    y += other.y;
+    z += other.z;
+    y_squared += other.y_squared;
+    hits += other.hits;
+    return *this;
+}
+
+BatchSums& BatchSums::operator+=(const BatchSums& other) {
+    radiant += other.radiant;
+    y += other.y;
+    hits += other.hits;
+    return *this;
+}
+
+LightMap::LightMap(const Scene& scene, const TexelLayout& layout)
+    : layout_(&layout),
+      surface_of_triangle_(surface_of_triangles(scene)),
+      texels_(layout.texel_count()),
+      surfaces_(scene.surfaces.size()) {}
+
+void LightMap::add(const Emission& emission, std::uint32_t light, std::span<const HitRecord> records,
+                   std::span<const std::uint32_t> energies) {
+    ensure(energies.empty() || energies.size() == records.size(), "there is an energy for each record or none");
+    const std::vector<std::uint32_t>& energy_by_bin = emission.lights[light].energy;
+    const auto& ratios = xyz_ratios();
+    // In blocks: the texels of a block are asked from memory together, since most adds wait for nothing else.
+    std::array<TexelSums*, 32> texels;
+    for (std::size_t begin = 0; begin < records.size(); begin += texels.size()) {
+        const std::size_t count = std::min(texels.size(), records.size() - begin);
+        for (std::size_t i = 0; i < count; ++i) {
+            texels[i] = texels_.data() + layout_->texel_of(records[begin + i]);
+            __builtin_prefetch(texels[i], 1);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const HitRecord& record = records[begin + i];
+            const std::uint32_t ticks = energies.empty() ? energy_by_bin[record.wavelength] : energies[begin + i];
+            const Contribution hit = contribution(ticks, ratios[record.wavelength]);
+            add_hit(*texels[i], hit);
+            add_hit(surfaces_[surface_of_triangle_[record.triangle]][record.side()][record.batch()], hit);
+        }
+    }
+}
+
+void LightMap::add(const LightMap& other) {
+    ensure(texels_.size() == other.texels_.size() && surfaces_.size() == other.surfaces_.size(),
+           "maps of one scene and layout are added");
+    for (std::size_t i = 0; i < texels_.size(); ++i) texels_[i] += other.texels_[i];
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+        for (std::size_t side = 0; side < 2; ++side)
+            for (std::size_t batch = 0; batch < limits::batches; ++batch)
+                surfaces_[i][side][batch] += other.surfaces_[i][side][batch];
+}
+
+void LightMap::clear() {
+    std::fill(texels_.begin(), texels_.end(), TexelSums{});
+    std::fill(surfaces_.begin(), surfaces_.end(), SurfaceBatches{});
+}
+
+bool valid_record(const HitRecord& record, const Scene& scene) {
+    return record.triangle < scene.triangles.size() && record.b1 + record.b2 <= 65'536 &&
+           record.wavelength < wavelength_bins;
+}
+
+}  // namespace lumenfarm

@@ -1,0 +1,111 @@
+#include "common/solution/texel_layout.h"
+
+#include "common/support/ensure.h"
+#include "common/support/limits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace lumenfarm {
+namespace {
+
+double longest_edge_m(const Scene& scene, std::uint32_t triangle) {
+    double longest = 0;
+    const Triangle& corners = scene.triangles[triangle];
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3d edge =
+            scene.positions[corners[(i + 1) % 3]].as<double>() - scene.positions[corners[i]].as<double>();
+        longest = std::max(longest, length(edge));
+    }
+    return longest;
+}
+
+std::uint32_t rows_for(double edge_m, double texel_m) {
+    const double rows = std::ceil(edge_m / texel_m);
+    return static_cast<std::uint32_t>(std::clamp(rows, 1.0, static_cast<double>(limits::texel_rows_max)));
+}
+
+std::uint64_t texels_for(const Scene& scene, double texel_m) {
+    std::uint64_t texels = 0;
+    for (std::uint32_t triangle = 0; triangle < scene.triangles.size(); ++triangle) {
+        const std::uint64_t rows = rows_for(longest_edge_m(scene, triangle), texel_m);
+        texels += 2 * rows * rows;
+    }
+    return texels;
+}
+
+/// Rows are counted from the wide end: row i holds 2 (n - i) - 1 cells, so (n - i)^2 cells remain where it begins.
+std::uint32_t first_cell_of_row(std::uint32_t row, std::uint32_t n) { return n * n - (n - row) * (n - row); }
+
+struct CellPlace {
+    std::uint32_t row, column;
+    bool upper;
+};
+
+CellPlace place_of_cell(std::uint32_t cell, std::uint32_t n) {
+    const std::uint32_t remaining = n * n - cell;
+    auto left = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(remaining))));
+    const std::uint32_t row = n - left;
+    const std::uint32_t in_row = cell - first_cell_of_row(row, n);
+    return {row, in_row / 2, in_row % 2 == 1};
+}
+
+}  // namespace
+
+Result<TexelLayout> TexelLayout::make(const Scene& scene, double texel_m) {
+    if (!(texel_m > 0) || !std::isfinite(texel_m))
+        return bad_input("the texel size is " + std::to_string(texel_m) + " m; it must be above 0");
+    const std::uint64_t texels = texels_for(scene, texel_m);
+    if (texels > limits::texels_max) {
+        double fits_m = texel_m;
+        for (int i = 0; i < 200 && texels_for(scene, fits_m) > limits::texels_max; ++i) fits_m *= 1.5;
+        return bad_input("a texel size of " + std::to_string(texel_m) + " m gives " + std::to_string(texels) +
+                         " texels; the limit is " + std::to_string(limits::texels_max) + ", " + std::to_string(fits_m) +
+                         " m would fit");
+    }
+    TexelLayout layout;
+    layout.rows_.reserve(scene.triangles.size());
+    layout.first_.reserve(scene.triangles.size() + 1);
+    layout.first_.push_back(0);
+    for (std::uint32_t triangle = 0; triangle < scene.triangles.size(); ++triangle) {
+        const std::uint32_t rows = rows_for(longest_edge_m(scene, triangle), texel_m);
+        layout.rows_.push_back(static_cast<std::uint16_t>(rows));
+        layout.first_.push_back(layout.first_.back() + 2 * std::uint64_t{rows} * rows);
+    }
+    return layout;
+}
+
+Result<TexelLayout> TexelLayout::make(const Scene& scene, const JobSpec& spec) {
+    const Box box = bounding_box(scene);
+    return make(scene, texel_in_force_m(spec, box.empty() ? 0 : length(box.high - box.low)));
+}
+
+std::uint32_t TexelLayout::cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n) {
+    constexpr std::uint32_t one = 1u << 17;  // barycentrics in halves of a packed step, so that centres are integers
+    const std::uint32_t u = (2 * b1 + 1) * n;
+    const std::uint32_t v = (2 * b2 + 1) * n;
+    const std::uint32_t row = u / one;
+    const std::uint32_t across = u % one + v % one;
+    // A centre that lies on the diagonal belongs to both cells: parity shares such points evenly.
+    const bool upper = across > one || (across == one && (b1 & 1u) != 0);
+    const std::uint32_t in_row = 2 * (v / one) + (upper ? 1 : 0);
+    return first_cell_of_row(row, n) + std::min(in_row, 2 * (n - row) - 2);
+}
+
+Vec2f TexelLayout::cell_centroid(std::uint32_t cell, std::uint32_t n) {
+    const CellPlace place = place_of_cell(cell, n);
+    const double shift = place.upper ? 2.0 / 3 : 1.0 / 3;
+    return {static_cast<float>((place.row + shift) / n), static_cast<float>((place.column + shift) / n)};
+}
+
+TexelLayout::Place TexelLayout::place_of(std::uint64_t texel) const {
+    ensure(texel < texel_count(), "the texel is within the layout");
+    const auto after = std::upper_bound(first_.begin(), first_.end(), texel);
+    const auto triangle = static_cast<std::uint32_t>(after - first_.begin() - 1);
+    const auto within = static_cast<std::uint32_t>(texel - first_[triangle]);
+    const std::uint32_t cells = std::uint32_t{rows_[triangle]} * rows_[triangle];
+    return {triangle, within / cells, within % cells};
+}
+
+}  // namespace lumenfarm
