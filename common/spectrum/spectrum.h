@@ -11,8 +11,8 @@ namespace lumenfarm {
 inline constexpr double wavelength_min_nm = 380.0;
 inline constexpr double wavelength_max_nm = 780.0;
 inline constexpr double sample_step_nm = 5.0;
-inline constexpr std::size_t spectrum_samples = 81;      ///< at 380, 385, ... 780 nm
-inline constexpr std::size_t wavelength_bins = 4'000;    ///< of 0.1 nm
+inline constexpr std::size_t spectrum_samples = 81;    ///< at 380, 385, ... 780 nm
+inline constexpr std::size_t wavelength_bins = 4'000;  ///< of 0.1 nm
 inline constexpr std::size_t bins_per_sample = 50;
 static_assert(wavelength_bins == (spectrum_samples - 1) * bins_per_sample);
 
