@@ -1,0 +1,199 @@
+#include "master/ledger.h"
+
+#include "common/support/ensure.h"
+
+#include <algorithm>
+
+namespace lumenfarm {
+
+namespace {
+
+using Interval = IntervalSet::Interval;
+
+bool inside(const Interval& part, const Interval& whole) { return part.begin >= whole.begin && part.end <= whole.end; }
+
+Interval interval_of(const ParticleRange& range) { return {range.first, range.first + range.count}; }
+
+bool any_overlap(std::span<const Claim> claims) {
+    std::vector<ParticleRange> ranges;
+    ranges.reserve(claims.size());
+    for (const Claim& claim : claims) ranges.push_back(claim.range);
+    std::sort(ranges.begin(), ranges.end(), [](const ParticleRange& a, const ParticleRange& b) {
+        return std::pair(a.light, a.first) < std::pair(b.light, b.first);
+    });
+    for (std::size_t i = 1; i < ranges.size(); ++i) {
+        const ParticleRange& before = ranges[i - 1];
+        if (before.light == ranges[i].light && before.first + before.count > ranges[i].first) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+Ledger::Ledger(std::vector<std::uint64_t> particles) : shares_(particles.size()), committed_(particles.size()) {
+    for (std::uint32_t light = 0; light < particles.size(); ++light) {
+        shares_[light].particles = particles[light];
+        set_available(light, particles[light]);
+        particles_in_all_ += particles[light];
+    }
+}
+
+void Ledger::set_available(std::uint32_t light, std::uint64_t available) {
+    LightShare& share = shares_[light];
+    const auto key = [&] {
+        const double given = static_cast<double>(share.particles - share.available);
+        return std::pair(given / static_cast<double>(share.particles), light);
+    };
+    if (share.available > 0) by_fraction_.erase(key());
+    unleased_ += available - share.available;
+    share.available = available;
+    if (available > 0) by_fraction_.insert(key());
+}
+
+Interval Ledger::take(LightShare& share, std::uint64_t count) {
+    if (share.returned.empty()) {
+        const Interval taken{share.next, std::min(share.particles, share.next + count)};
+        share.next = taken.end;
+        return taken;
+    }
+    Interval& last = share.returned.back();
+    const Interval taken{last.begin, std::min(last.end, last.begin + count)};
+    last.begin = taken.end;
+    if (last.begin == last.end) share.returned.pop_back();
+    return taken;
+}
+
+std::optional<ParticleRange> Ledger::lease(LeaseId id, WorkerId worker, std::uint64_t count, double now_s,
+                                           double deadline_s) {
+    ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
+    if (by_fraction_.empty()) return std::nullopt;
+    const std::uint32_t light = by_fraction_.begin()->second;
+    const Interval taken = take(shares_[light], std::min(count, shares_[light].available));
+    set_available(light, shares_[light].available - (taken.end - taken.begin));
+    leases_.emplace(id, Lease{worker, light, now_s, deadline_s, 0, {taken}});
+    return ParticleRange{light, taken.begin, taken.end - taken.begin};
+}
+
+std::optional<ParticleRange> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
+                                                double deadline_s) {
+    ensure(id != 0 && !leases_.contains(id), "a lease is new");
+    auto oldest = leases_.end();
+    for (auto it = leases_.begin(); it != leases_.end(); ++it) {
+        const Lease& lease = it->second;
+        if (lease.twin != 0 || lease.worker == worker || lease.given_s >= given_before_s) continue;
+        if (oldest == leases_.end() || lease.given_s < oldest->second.given_s) oldest = it;
+    }
+    if (oldest == leases_.end()) return std::nullopt;
+    Lease& straggler = oldest->second;
+    const Interval owed = straggler.owed.front();
+    straggler.twin = id;
+    leases_.emplace(id, Lease{worker, straggler.light, now_s, deadline_s, oldest->first, {owed}});
+    return ParticleRange{straggler.light, owed.begin, owed.end - owed.begin};
+}
+
+ClaimVerdict Ledger::check_one(WorkerId worker, const Claim& claim) const {
+    const ParticleRange& range = claim.range;
+    if (range.light >= shares_.size() || range.count == 0) return ClaimVerdict::invalid;
+    const std::uint64_t particles = shares_[range.light].particles;
+    if (range.first >= particles || range.count > particles - range.first) return ClaimVerdict::invalid;
+    const Interval part = interval_of(range);
+    if (committed_[range.light].overlaps(part.begin, part.end)) return ClaimVerdict::already_committed;
+    const auto found = leases_.find(claim.lease);
+    if (found == leases_.end() || found->second.worker != worker) return ClaimVerdict::stale;
+    if (found->second.light != range.light) return ClaimVerdict::invalid;
+    const auto& owed = found->second.owed;
+    const bool owes = std::any_of(owed.begin(), owed.end(), [&](const Interval& piece) { return inside(part, piece); });
+    return owes ? ClaimVerdict::current : ClaimVerdict::invalid;
+}
+
+ClaimVerdict Ledger::check(WorkerId worker, std::span<const Claim> claims) const {
+    if (claims.empty()) return ClaimVerdict::invalid;
+    for (const Claim& claim : claims) {
+        const ClaimVerdict verdict = check_one(worker, claim);
+        if (verdict != ClaimVerdict::current) return verdict;
+    }
+    return any_overlap(claims) ? ClaimVerdict::invalid : ClaimVerdict::current;
+}
+
+void Ledger::commit(std::span<const Claim> claims) {
+    for (const Claim& claim : claims) {
+        const Interval done = interval_of(claim.range);
+        ensure(committed_[claim.range.light].insert(done.begin, done.end), "a particle is committed once");
+        committed_particles_ += claim.range.count;
+        const auto found = leases_.find(claim.lease);
+        ensure(found != leases_.end(), "a committed claim has a lease");
+        const LeaseId twin = found->second.twin;
+        cut(claim.lease, done);
+        if (twin != 0) cut(twin, done);
+    }
+}
+
+/// Removes `done` from what the lease owes; a lease that owes nothing ends.
+void Ledger::cut(LeaseId id, const Interval& done) {
+    const auto found = leases_.find(id);
+    if (found == leases_.end()) return;
+    std::vector<Interval> rest;
+    for (const Interval& piece : found->second.owed) {
+        if (done.end <= piece.begin || done.begin >= piece.end) {
+            rest.push_back(piece);
+            continue;
+        }
+        if (piece.begin < done.begin) rest.push_back({piece.begin, done.begin});
+        if (done.end < piece.end) rest.push_back({done.end, piece.end});
+    }
+    found->second.owed = std::move(rest);
+    if (found->second.owed.empty()) end(found);
+}
+
+void Ledger::end(std::map<LeaseId, Lease>::iterator lease) {
+    if (const auto twin = leases_.find(lease->second.twin); twin != leases_.end()) twin->second.twin = 0;
+    leases_.erase(lease);
+}
+
+void Ledger::release(LeaseId id) {
+    const auto found = leases_.find(id);
+    if (found == leases_.end()) return;
+    const Lease& lease = found->second;
+    const auto twin = leases_.find(lease.twin);
+    const auto twin_owes = [&](const Interval& piece) {
+        const auto same = [&](const Interval& other) { return inside(piece, other); };
+        return twin != leases_.end() && std::any_of(twin->second.owed.begin(), twin->second.owed.end(), same);
+    };
+    for (const Interval& piece : lease.owed) {
+        if (twin_owes(piece)) continue;
+        shares_[lease.light].returned.push_back(piece);
+        set_available(lease.light, shares_[lease.light].available + (piece.end - piece.begin));
+    }
+    end(found);
+}
+
+void Ledger::release_worker(WorkerId worker) {
+    for (const LeaseId id : leases_of(worker)) release(id);
+}
+
+void Ledger::extend(WorkerId worker, double deadline_s) {
+    for (auto& [id, lease] : leases_)
+        if (lease.worker == worker) lease.deadline_s = std::max(lease.deadline_s, deadline_s);
+}
+
+void Ledger::shorten(WorkerId worker, double deadline_s) {
+    for (auto& [id, lease] : leases_)
+        if (lease.worker == worker) lease.deadline_s = std::min(lease.deadline_s, deadline_s);
+}
+
+std::uint64_t Ledger::expire(double now_s) {
+    std::vector<LeaseId> late;
+    for (const auto& [id, lease] : leases_)
+        if (lease.deadline_s <= now_s) late.push_back(id);
+    for (const LeaseId id : late) release(id);
+    return late.size();
+}
+
+std::vector<LeaseId> Ledger::leases_of(WorkerId worker) const {
+    std::vector<LeaseId> ids;
+    for (const auto& [id, lease] : leases_)
+        if (lease.worker == worker) ids.push_back(id);
+    return ids;
+}
+
+}  // namespace lumenfarm

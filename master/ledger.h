@@ -1,0 +1,103 @@
+#pragma once
+
+#include "common/solution/interval_set.h"
+#include "common/transport/tracer.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+#include <vector>
+
+/// Who traces which particles of one job, and which are done (law 4). Knows no clock: times are seconds of the
+/// caller's.
+namespace lumenfarm {
+
+using LeaseId = std::uint64_t;
+using WorkerId = std::uint64_t;
+
+/// What a result says it covers: a part of a lease, or all of it.
+struct Claim {
+    LeaseId lease = 0;
+    ParticleRange range;
+};
+
+enum class ClaimVerdict {
+    current,            ///< may be committed
+    stale,              ///< the lease ended, or is another worker's
+    already_committed,  ///< another worker was first
+    invalid,            ///< outside the light, the lease, or twice in one result
+};
+
+class Ledger {
+public:
+    /// `particles[l]` is what light l has to emit in all.
+    explicit Ledger(std::vector<std::uint64_t> particles);
+
+    /// Leases up to `count` consecutive particles of the light of which the smallest fraction has been given out, so
+    /// that an interrupted job is fair to its lights. Empty when nothing is left to give. REQUIRES: count > 0, a new
+    /// id.
+    std::optional<ParticleRange> lease(LeaseId id, WorkerId worker, std::uint64_t count, double now_s,
+                                       double deadline_s);
+    /// Leases what a straggler still owes a second time: the oldest lease of another worker that was given before
+    /// `given_before_s` and has no twin yet. The first commit wins.
+    std::optional<ParticleRange> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
+                                            double deadline_s);
+
+    /// Says whether all the claims together may be committed. Changes nothing.
+    ClaimVerdict check(WorkerId worker, std::span<const Claim> claims) const;
+    /// Moves the particles to the committed ones and ends leases that owe nothing more. REQUIRES: check() is current.
+    void commit(std::span<const Claim> claims);
+
+    /// Takes a lease back; what it owes is given out again unless its twin still has it. Unknown ids are ignored.
+    void release(LeaseId id);
+    void release_worker(WorkerId worker);
+    void extend(WorkerId worker, double deadline_s);
+    /// Brings the deadlines of a worker that is away down to `deadline_s`.
+    void shorten(WorkerId worker, double deadline_s);
+    /// Releases every lease whose deadline has passed and says how many they were.
+    std::uint64_t expire(double now_s);
+
+    bool holds(LeaseId id) const { return leases_.contains(id); }
+    std::vector<LeaseId> leases_of(WorkerId worker) const;
+    std::uint64_t outstanding() const { return leases_.size(); }
+    std::uint64_t unleased() const { return unleased_; }
+    std::uint64_t particles() const { return particles_in_all_; }
+    std::uint64_t committed_particles() const { return committed_particles_; }
+    bool complete() const { return committed_particles_ == particles_in_all_; }
+    const std::vector<IntervalSet>& committed() const { return committed_; }
+
+private:
+    struct Lease {
+        WorkerId worker = 0;
+        std::uint32_t light = 0;
+        double given_s = 0;
+        double deadline_s = 0;
+        LeaseId twin = 0;  ///< 0: none
+        std::vector<IntervalSet::Interval> owed;
+    };
+    struct LightShare {
+        std::uint64_t particles = 0;
+        std::uint64_t next = 0;                       ///< from here on nothing was ever given out
+        std::vector<IntervalSet::Interval> returned;  ///< given out once, and taken back
+        std::uint64_t available = 0;
+    };
+
+    IntervalSet::Interval take(LightShare& share, std::uint64_t count);
+    void set_available(std::uint32_t light, std::uint64_t available);
+    void end(std::map<LeaseId, Lease>::iterator lease);
+    void cut(LeaseId id, const IntervalSet::Interval& done);
+    ClaimVerdict check_one(WorkerId worker, const Claim& claim) const;
+
+    std::vector<LightShare> shares_;
+    std::set<std::pair<double, std::uint32_t>> by_fraction_;  ///< lights with something to give
+    std::map<LeaseId, Lease> leases_;
+    std::vector<IntervalSet> committed_;
+    std::uint64_t unleased_ = 0;
+    std::uint64_t particles_in_all_ = 0;
+    std::uint64_t committed_particles_ = 0;
+};
+
+}  // namespace lumenfarm
