@@ -44,6 +44,8 @@ static_assert(particles_max <= (std::uint64_t{1} << 63) / energy_ticks_max / bou
 inline constexpr std::uint32_t texel_rows_max = 1'024;  ///< barycentric grid of one triangle is n x n with n up to this
 inline constexpr std::uint64_t texels_max = 400'000'000;  ///< both sides counted
 inline constexpr std::uint64_t kept_hits_max = 200'000'000;
+inline constexpr std::uint64_t solution_bytes_max = std::uint64_t{32} << 30;  ///< a solution as a file
+static_assert(texels_max * 48 + kept_hits_max * 24 + (std::uint64_t{1} << 30) <= solution_bytes_max);
 inline constexpr std::uint32_t batches = 32;  ///< of particles, for standard errors
 
 // Jobs
@@ -85,5 +87,46 @@ inline constexpr double drain_seconds = 10;         ///< a stopped worker may ta
 static_assert(result_close_bytes + slice_particles * bounces_max * (hit_record_bytes + hit_energy_bytes + 32) +
                   map_bytes_max <=
               staged_result_bytes_max);
+
+// Wire: sessions, work and results. Payload caps by message type stand in proto/message_type.h.
+inline constexpr std::size_t texel_delta_bytes = 48;
+inline constexpr std::size_t surface_delta_bytes = 32;
+inline constexpr std::size_t kept_hit_bytes = 24;
+inline constexpr std::uint32_t texel_deltas_per_message_max = 24'000;
+inline constexpr std::uint32_t surface_deltas_per_message_max = 24'000;
+inline constexpr std::uint64_t hits_per_map_max = std::uint64_t{1}
+                                                  << 31;  ///< a worker sends its map before it holds more
+inline constexpr std::uint32_t parts_per_result_max = 65'536;
+inline constexpr std::uint32_t credit_parts_max = 4'096;
+inline constexpr std::uint32_t leases_per_worker_max = 1'024;  ///< at hand, backlog included
+inline constexpr std::uint32_t sessions_max = 4'096;           ///< of one master
+inline constexpr std::uint32_t chunks_max = 32'768;            ///< of one chunked file
+inline constexpr std::uint32_t chunks_in_flight_max = 4;
+inline constexpr std::uint32_t jobs_listed_max = 1'000;  ///< in one status reply
+inline constexpr std::size_t peer_name_bytes_max = 255;
+inline constexpr std::size_t address_bytes_max = 64;
+inline constexpr std::size_t isa_bytes_max = 32;
+inline constexpr std::size_t sentence_bytes_max = 1'024;
+inline constexpr unsigned archive_depth_max = 8;
+inline constexpr std::size_t message_memory_bytes_max = 8u << 20;  ///< that decoding one message may take
+
+// Connections
+inline constexpr double hello_seconds = 5;  ///< from accept to a whole Hello
+inline constexpr double heartbeat_seconds = 5;
+inline constexpr double dead_seconds = 15;  ///< of silence
+inline constexpr double connect_seconds = 5;
+inline constexpr double goodbye_seconds = 2;  ///< for the last bytes to leave before a close
+inline constexpr double reconnect_seconds_min = 0.5;
+inline constexpr double reconnect_seconds_max = 30;
+inline constexpr std::size_t read_buffer_bytes = 64u << 10;
+inline constexpr std::size_t outbox_bytes_max = 16u << 20;  ///< of one connection: beyond it the peer is dropped
+inline constexpr std::size_t outbox_bytes_high = 4u << 20;  ///< above it reading pauses
+inline constexpr std::size_t outbox_bytes_low = 1u << 20;   ///< below it reading goes on
+inline constexpr std::size_t compress_bytes_min = 4'096;    ///< smaller payloads are never compressed
+static_assert(2 * heartbeat_seconds < dead_seconds);
+static_assert(outbox_bytes_low < outbox_bytes_high);
+static_assert(outbox_bytes_high + chunks_in_flight_max * (frame_header_bytes + frame_payload_bytes_max) <=
+              outbox_bytes_max);
+static_assert(message_memory_bytes_max >= 2 * frame_payload_bytes_max);
 
 }  // namespace lumenfarm::limits
