@@ -94,14 +94,10 @@ inline constexpr std::size_t surface_delta_bytes = 32;
 inline constexpr std::size_t kept_hit_bytes = 24;
 inline constexpr std::uint32_t texel_deltas_per_message_max = 24'000;
 inline constexpr std::uint32_t surface_deltas_per_message_max = 24'000;
-inline constexpr std::uint64_t hits_per_map_max = std::uint64_t{1}
-                                                  << 31;  ///< a worker sends its map before it holds more
+/// A worker sends its map before it holds more; so that the hits of a texel fit 32 bits.
+inline constexpr std::uint64_t hits_per_map_max = std::uint64_t{1} << 31;
 inline constexpr std::uint32_t parts_per_result_max = 65'536;
-inline constexpr std::uint32_t credit_parts_max = 4'096;
-inline constexpr std::uint32_t leases_per_worker_max = 1'024;  ///< at hand, backlog included
-inline constexpr std::uint32_t sessions_max = 4'096;           ///< of one master
-inline constexpr std::uint32_t chunks_max = 32'768;            ///< of one chunked file
-inline constexpr std::uint32_t chunks_in_flight_max = 4;
+inline constexpr std::uint32_t chunks_max = 32'768;      ///< of one chunked file
 inline constexpr std::uint32_t jobs_listed_max = 1'000;  ///< in one status reply
 inline constexpr std::size_t peer_name_bytes_max = 255;
 inline constexpr std::size_t address_bytes_max = 64;
@@ -125,7 +121,7 @@ inline constexpr std::size_t outbox_bytes_low = 1u << 20;   ///< below it readin
 inline constexpr std::size_t compress_bytes_min = 4'096;    ///< smaller payloads are never compressed
 static_assert(2 * heartbeat_seconds < dead_seconds);
 static_assert(outbox_bytes_low < outbox_bytes_high);
-static_assert(outbox_bytes_high + chunks_in_flight_max * (frame_header_bytes + frame_payload_bytes_max) <=
+static_assert(outbox_bytes_high + chunks_in_flight * (frame_header_bytes + frame_payload_bytes_max) <=
               outbox_bytes_max);
 static_assert(message_memory_bytes_max >= 2 * frame_payload_bytes_max);
 

@@ -1,0 +1,183 @@
+#pragma once
+
+#include "common/support/limits.h"
+#include "common/transport/hit.h"
+#include "proto/archive.h"
+#include "proto/blocks.h"
+#include "proto/message_type.h"
+#include "proto/shared_types.h"
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// A result: parts 0 .. n - 1 (ResultHits, ResultMap, ResultKept in any mixture), then ResultDone, then the master's
+/// ResultAck. It covers ranges of one or more leases of one job and is merged whole or not at all. `result` is a number
+/// of the worker's own, never used twice by one instance (Hello). After a reconnect a result that has no ack is sent
+/// again from part 0; the master drops the parts of a session that ended.
+namespace lumenfarm::wire {
+
+/// Names one part of a result.
+struct PartId {
+    std::uint64_t job = 0;
+    std::uint64_t result = 0;
+    std::uint32_t sequence = 0;  ///< 0, 1, ... without gaps, under limits::parts_per_result_max
+
+    PartId() = default;
+    PartId(std::uint64_t job_, std::uint64_t result_, std::uint32_t sequence_)
+        : job(job_), result(result_), sequence(sequence_) {}
+    bool operator==(const PartId&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job, result, sequence);
+    }
+};
+
+/// worker -> master, packing `records`: hits of one light. The receiver checks each with valid_record().
+struct ResultHits {
+    static constexpr auto type = MessageType::result_hits;
+    PartId part;
+    std::uint32_t light = 0;
+    std::vector<HitRecord> records;       ///< at most limits::hits_per_message_max
+    std::vector<std::uint32_t> energies;  ///< attenuate: one a record, at most limits::energy_ticks_max; analog: empty
+
+    ResultHits() = default;
+    ResultHits(const PartId& part_, std::uint32_t light_, std::vector<HitRecord> records_,
+               std::vector<std::uint32_t> energies_)
+        : part(part_), light(light_), records(std::move(records_)), energies(std::move(energies_)) {}
+    bool operator==(const ResultHits&) const = default;
+    bool valid() const;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, part, light, block(records, limits::hits_per_message_max),
+               block(energies, limits::hits_per_message_max));
+    }
+};
+static_assert(limits::hits_per_message_max * (limits::hit_record_bytes + limits::hit_energy_bytes) + 256 <=
+              payload_bytes_max(MessageType::result_hits));
+
+/// worker -> master, packing `maps`: what texels and surfaces gained. Indices ascend strictly; the receiver checks them
+/// against the scene with valid_map().
+struct ResultMap {
+    static constexpr auto type = MessageType::result_map;
+    PartId part;
+    std::vector<TexelDelta> texels;      ///< at most limits::texel_deltas_per_message_max
+    std::vector<SurfaceDelta> surfaces;  ///< at most limits::surface_deltas_per_message_max
+
+    ResultMap() = default;
+    ResultMap(const PartId& part_, std::vector<TexelDelta> texels_, std::vector<SurfaceDelta> surfaces_)
+        : part(part_), texels(std::move(texels_)), surfaces(std::move(surfaces_)) {}
+    bool operator==(const ResultMap&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, part, block(texels, limits::texel_deltas_per_message_max),
+               block(surfaces, limits::surface_deltas_per_message_max));
+    }
+};
+static_assert(limits::texel_deltas_per_message_max * limits::texel_delta_bytes +
+                  limits::surface_deltas_per_message_max * limits::surface_delta_bytes + 256 <=
+              payload_bytes_max(MessageType::result_map));
+
+/// worker -> master, packing `maps` when the job keeps hits: those under the lease's keep_threshold. (With `records`
+/// the master sees every hit and chooses itself.)
+struct ResultKept {
+    static constexpr auto type = MessageType::result_kept;
+    PartId part;
+    std::vector<KeptHit> hits;  ///< at most limits::hits_per_message_max
+
+    ResultKept() = default;
+    ResultKept(const PartId& part_, std::vector<KeptHit> hits_) : part(part_), hits(std::move(hits_)) {}
+    bool operator==(const ResultKept&) const = default;
+    bool valid() const;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, part, block(hits, limits::hits_per_message_max));
+    }
+};
+static_assert(limits::hits_per_message_max * limits::kept_hit_bytes + 256 <=
+              payload_bytes_max(MessageType::result_kept));
+
+/// What a result covers of a lease: its whole range or a part of it (law 4).
+struct Claim {
+    std::uint64_t lease = 0;
+    std::uint32_t epoch = 0;
+    ParticleRange range;
+
+    Claim() = default;
+    Claim(std::uint64_t lease_, std::uint32_t epoch_, const ParticleRange& range_)
+        : lease(lease_), epoch(epoch_), range(range_) {}
+    bool operator==(const Claim&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, lease, epoch, range);
+    }
+};
+
+/// worker -> master: the result is whole.
+struct ResultDone {
+    static constexpr auto type = MessageType::result_done;
+    std::uint64_t job = 0;
+    std::uint64_t result = 0;
+    std::vector<Claim> claims;  ///< 1 to limits::claims_per_result_max, disjoint
+    std::uint32_t parts = 0;    ///< sent before; 0 when no particle hit anything
+    EnergyBalance balance;      ///< over all claims; closed, its particles are those of the ranges
+    double trace_seconds = 0;   ///< wall time in the tracer, summed over threads
+    double cpu_seconds = 0;
+
+    ResultDone() = default;
+    ResultDone(std::uint64_t job_, std::uint64_t result_, std::vector<Claim> claims_, std::uint32_t parts_,
+               const EnergyBalance& balance_, double trace_seconds_, double cpu_seconds_)
+        : job(job_),
+          result(result_),
+          claims(std::move(claims_)),
+          parts(parts_),
+          balance(balance_),
+          trace_seconds(trace_seconds_),
+          cpu_seconds(cpu_seconds_) {}
+    bool operator==(const ResultDone&) const = default;
+    /// Ranges in bounds, the balance closed and as many particles as the ranges hold.
+    bool valid() const;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job, result, at_most(claims, limits::claims_per_result_max), parts, balance, trace_seconds,
+               cpu_seconds);
+    }
+};
+static_assert(limits::claims_per_result_max * 28 + 1'024 <= payload_bytes_max(MessageType::result_done));
+
+enum class Verdict : std::uint8_t {
+    accepted,        ///< merged and durable as far as the master promises: forget the result
+    already_merged,  ///< the same result came before: forget it
+    stale,           ///< a lease of it is not current any more: nothing is merged, forget it
+    job_gone,        ///< the job ended or was cancelled: forget it
+    invalid,         ///< its content is not possible: nothing is merged, forget it
+};
+constexpr Verdict enum_last(Verdict) { return Verdict::invalid; }
+
+/// master -> worker: what became of a result. Whatever the verdict, the worker drops it.
+struct ResultAck {
+    static constexpr auto type = MessageType::result_ack;
+    std::uint64_t job = 0;
+    std::uint64_t result = 0;
+    Verdict verdict = Verdict::accepted;
+    std::string sentence;  ///< why, unless accepted; at most limits::sentence_bytes_max
+
+    ResultAck() = default;
+    ResultAck(std::uint64_t job_, std::uint64_t result_, Verdict verdict_, std::string sentence_ = {})
+        : job(job_), result(result_), verdict(verdict_), sentence(std::move(sentence_)) {}
+    bool operator==(const ResultAck&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job, result, verdict, at_most(sentence, limits::sentence_bytes_max));
+    }
+};
+
+}  // namespace lumenfarm::wire

@@ -1,0 +1,186 @@
+#pragma once
+
+#include "common/support/limits.h"
+#include "proto/archive.h"
+#include "proto/message_type.h"
+#include "proto/shared_types.h"
+
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+/// Messages that give out work.
+namespace lumenfarm::wire {
+
+/// worker -> master: the worker has room for `sets` more leases. Replaces what an earlier Pull asked for; each Lease
+/// sent counts one off. 0 takes the wish back.
+struct Pull {
+    static constexpr auto type = MessageType::pull;
+    std::uint32_t sets = 0;  ///< at most limits::leases_per_worker_max
+
+    Pull() = default;
+    explicit Pull(std::uint32_t sets_) : sets(sets_) {}
+    bool operator==(const Pull&) const = default;
+    bool valid() const { return sets <= limits::leases_per_worker_max; }
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, sets);
+    }
+};
+
+/// master -> worker: what a job is; once in a session, before the job's first Lease.
+struct JobInfo {
+    static constexpr auto type = MessageType::job_info;
+    std::uint64_t job = 0;
+    Digest scene;                   ///< digest of the compiled scene, a chunked file
+    std::uint64_t scene_bytes = 0;  ///< so that a worker can refuse what it has no memory for
+    JobSpec spec;                   ///< its packing is the one in force: records or maps, never automatic
+    double texel_m = 0;             ///< in force, > 0 (maps)
+    double flush_seconds = 0;       ///< maps: at most this long between two results, > 0
+
+    JobInfo() = default;
+    JobInfo(std::uint64_t job_, const Digest& scene_, std::uint64_t scene_bytes_, JobSpec spec_, double texel_m_,
+            double flush_seconds_)
+        : job(job_),
+          scene(scene_),
+          scene_bytes(scene_bytes_),
+          spec(std::move(spec_)),
+          texel_m(texel_m_),
+          flush_seconds(flush_seconds_) {}
+    bool operator==(const JobInfo&) const = default;
+    bool valid() const {
+        return spec.packing != Packing::automatic && texel_m > 0 && flush_seconds > 0 && spec.hits_per_message > 0 &&
+               spec.hits_per_message <= limits::hits_per_message_max && scene_bytes <= limits::scene_bytes_max;
+    }
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job, scene, scene_bytes, spec, texel_m, flush_seconds);
+    }
+};
+
+/// master -> worker: trace this set. The lease is current while the master knows (lease, epoch).
+struct Lease {
+    static constexpr auto type = MessageType::lease;
+    std::uint64_t lease = 0;
+    std::uint32_t epoch = 0;
+    std::uint64_t job = 0;
+    ParticleRange range;
+    /// Hits of a higher keep_priority() are not kept by the master any more. 0 keeps none but those of priority 0.
+    std::uint64_t keep_threshold = std::numeric_limits<std::uint64_t>::max();
+
+    Lease() = default;
+    Lease(std::uint64_t lease_, std::uint32_t epoch_, std::uint64_t job_, const ParticleRange& range_,
+          std::uint64_t keep_threshold_)
+        : lease(lease_), epoch(epoch_), job(job_), range(range_), keep_threshold(keep_threshold_) {}
+    bool operator==(const Lease&) const = default;
+    bool valid() const { return valid_range(range); }
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, lease, epoch, job, range, keep_threshold);
+    }
+};
+
+/// master -> worker: the job ended or was cancelled; its leases, maps and unacknowledged results are dropped.
+struct JobGone {
+    static constexpr auto type = MessageType::job_gone;
+    std::uint64_t job = 0;
+
+    JobGone() = default;
+    explicit JobGone(std::uint64_t job_) : job(job_) {}
+    bool operator==(const JobGone&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job);
+    }
+};
+
+/// One holding of a lease.
+struct LeaseRef {
+    std::uint64_t lease = 0;
+    std::uint32_t epoch = 0;
+
+    LeaseRef() = default;
+    LeaseRef(std::uint64_t lease_, std::uint32_t epoch_) : lease(lease_), epoch(epoch_) {}
+    bool operator==(const LeaseRef&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, lease, epoch);
+    }
+};
+
+enum class ReturnReason : std::uint8_t {
+    ending,         ///< the worker ends or a person wants the machine back
+    no_scene,       ///< the scene can't be fetched or does not fit the memory; the master gives this job to others
+    tracer_failed,  ///< the tracer refused the job
+};
+constexpr ReturnReason enum_last(ReturnReason) { return ReturnReason::tracer_failed; }
+
+/// worker -> master: leases that this worker will not finish; nothing of them will be sent.
+struct ReturnLeases {
+    static constexpr auto type = MessageType::return_leases;
+    ReturnReason reason = ReturnReason::ending;
+    std::vector<LeaseRef> leases;  ///< 1 to limits::leases_per_worker_max
+
+    ReturnLeases() = default;
+    ReturnLeases(ReturnReason reason_, std::vector<LeaseRef> leases_) : reason(reason_), leases(std::move(leases_)) {}
+    bool operator==(const ReturnLeases&) const = default;
+    bool valid() const { return !leases.empty(); }
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, reason, at_most(leases, limits::leases_per_worker_max));
+    }
+};
+
+struct LeaseProgress {
+    std::uint64_t lease = 0;
+    std::uint64_t particles = 0;  ///< traced so far
+
+    LeaseProgress() = default;
+    LeaseProgress(std::uint64_t lease_, std::uint64_t particles_) : lease(lease_), particles(particles_) {}
+    bool operator==(const LeaseProgress&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, lease, particles);
+    }
+};
+
+/// worker -> master, now and then: how far the leases at hand are. Decides nothing but estimates and stragglers.
+struct Progress {
+    static constexpr auto type = MessageType::progress;
+    double particles_per_second = 0;    ///< over all threads, >= 0
+    std::vector<LeaseProgress> leases;  ///< at most limits::leases_per_worker_max
+
+    Progress() = default;
+    Progress(double particles_per_second_, std::vector<LeaseProgress> leases_)
+        : particles_per_second(particles_per_second_), leases(std::move(leases_)) {}
+    bool operator==(const Progress&) const = default;
+    bool valid() const { return particles_per_second >= 0; }
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, particles_per_second, at_most(leases, limits::leases_per_worker_max));
+    }
+};
+
+/// master -> worker: finish or return what is at hand and pull no more.
+struct Drain {
+    static constexpr auto type = MessageType::drain;
+
+    Drain() = default;
+    bool operator==(const Drain&) const = default;
+
+    template <class Archive>
+    void serialize(Archive&, unsigned) {}
+};
+
+static_assert(limits::leases_per_worker_max * 16 + 1'024 <= payload_bytes_max(MessageType::progress));
+
+}  // namespace lumenfarm::wire
