@@ -152,7 +152,8 @@ struct LeaseProgress {
     }
 };
 
-/// worker -> master, now and then: how far the leases at hand are. Decides nothing but estimates and stragglers.
+/// worker -> master: the first message after Welcome, with every lease that the worker still holds (the master takes all
+/// its other leases back); and now and then: how far the leases at hand are, for estimates.
 struct Progress {
     static constexpr auto type = MessageType::progress;
     double particles_per_second = 0;    ///< over all threads, >= 0
@@ -170,15 +171,20 @@ struct Progress {
     }
 };
 
-/// master -> worker: finish or return what is at hand and pull no more.
+/// master -> worker: close the results at hand of this job at the next slice, send them, and return the rest of its
+/// leases; the job takes what is done and ends. job 0: of every job, and pull no more.
 struct Drain {
     static constexpr auto type = MessageType::drain;
+    std::uint64_t job = 0;
 
     Drain() = default;
+    explicit Drain(std::uint64_t job_) : job(job_) {}
     bool operator==(const Drain&) const = default;
 
     template <class Archive>
-    void serialize(Archive&, unsigned) {}
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job);
+    }
 };
 
 static_assert(limits::leases_per_worker_max * 16 + 1'024 <= payload_bytes_max(MessageType::progress));
