@@ -40,7 +40,7 @@ struct EnergyBalance {
     bool operator==(const EnergyBalance&) const = default;
 };
 
-/// The hits of a range, in the order of particles and bounces.
+/// The hits of a range. Their order carries no meaning (but is the same on every machine).
 struct TracedHits {
     std::vector<HitRecord> records;
     /// Absorption::attenuate: incident energy of each record in ticks. Analog: empty, the energy is the light's for the
@@ -49,6 +49,11 @@ struct TracedHits {
     EnergyBalance balance;
     void clear();
 };
+
+struct Ray;
+class RayQuery;
+/// The rays of a trace, for benchmarks and tests.
+using RayLog = std::vector<Ray>;
 
 /// The scene made ready for tracing (Embree hierarchy, tables). Read-only and shared by threads.
 class TracerScene {
@@ -62,7 +67,9 @@ public:
     virtual const Scene& scene() const = 0;
     virtual const Emission& emission() const = 0;
     /// Traces the particles and appends to `hits`. REQUIRES: validate(spec); range within the light's particles.
-    virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits) const = 0;
+    /// `log`, where given, receives every ray that was traced.
+    virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log = nullptr) const = 0;
+    virtual const RayQuery& query() const = 0;
 
     /// The first surface that a ray meets, for cameras and probes. Double precision, the same bits everywhere.
     struct Meeting {

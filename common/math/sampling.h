@@ -1,0 +1,100 @@
+#pragma once
+
+#include "common/math/vec.h"
+
+#include <cmath>
+#include <numbers>
+
+/// Directions by chance. Only + - * / and sqrt, which IEEE 754 fixes: the same bits on every machine (law 9).
+namespace lumenfarm {
+
+struct SinCos {
+    double sin, cos;
+};
+
+/// sin and cos of 2 pi turns, within 2e-16. REQUIRES: 0 <= turns <= 1.
+inline SinCos sin_cos_turns(double turns) {
+    // reduce to an eighth of a turn either side of a multiple of a quarter: exact, as 4 * turns - q is
+    const double quarters = 4.0 * turns;
+    const double q = static_cast<double>(static_cast<int>(quarters + 0.5));
+    const double x = (quarters - q) * (std::numbers::pi / 2);
+    const double x2 = x * x;
+    // Taylor series; at pi/4 the first term left out is below 2^-55
+    const double s =
+        x * (1 + x2 * (-1.0 / 6 + x2 * (1.0 / 120 + x2 * (-1.0 / 5040 + x2 * (1.0 / 362880 +
+             x2 * (-1.0 / 39916800 + x2 * (1.0 / 6227020800.0 + x2 * (-1.0 / 1307674368000.0))))))));
+    const double c =
+        1 + x2 * (-1.0 / 2 + x2 * (1.0 / 24 + x2 * (-1.0 / 720 + x2 * (1.0 / 40320 + x2 * (-1.0 / 3628800 +
+            x2 * (1.0 / 479001600.0 + x2 * (-1.0 / 87178291200.0 + x2 * (1.0 / 20922789888000.0))))))));
+    switch (static_cast<int>(q) & 3) {
+        case 0: return {s, c};
+        case 1: return {c, -s};
+        case 2: return {-s, -c};
+        default: return {-c, s};
+    }
+}
+
+/// A right-handed orthonormal frame about a unit normal [Duff et al. 2017].
+struct Frame {
+    Vec3d tangent, bitangent, normal;
+    Vec3d to_world(Vec3d local) const { return tangent * local.x + bitangent * local.y + normal * local.z; }
+};
+
+inline Frame frame_about(Vec3d n) {
+    const double sign = n.z < 0 ? -1.0 : 1.0;
+    const double a = -1.0 / (sign + n.z);
+    const double b = n.x * n.y * a;
+    return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+}
+
+/// About +z, density cos(theta) / pi. REQUIRES: u, v in (0, 1).
+inline Vec3d sample_cosine_hemisphere(double u, double v) {
+    const SinCos phi = sin_cos_turns(v);
+    const double r = std::sqrt(u);
+    return {r * phi.cos, r * phi.sin, std::sqrt(1 - u)};
+}
+inline double pdf_cosine_hemisphere(Vec3d local) { return local.z > 0 ? local.z / std::numbers::pi : 0; }
+
+/// About +z, uniform over directions with cos(theta) in [cos_low, cos_high] (a sphere: -1, 1).
+inline Vec3d sample_uniform_zone(double u, double v, double cos_low, double cos_high) {
+    const double z = cos_low + u * (cos_high - cos_low);
+    const double sine2 = 1 - z * z;
+    const double r = std::sqrt(sine2 > 0 ? sine2 : 0);
+    const SinCos phi = sin_cos_turns(v);
+    return {r * phi.cos, r * phi.sin, z};
+}
+inline double pdf_uniform_zone(Vec3d local, double cos_low, double cos_high) {
+    return local.z >= cos_low && local.z <= cos_high ? 1 / (2 * std::numbers::pi * (cos_high - cos_low)) : 0;
+}
+
+/// About +z, density in proportion to 1 for cos(theta) >= cos_inner and to x^2, x = (cos - cos_outer) / (cos_inner -
+/// cos_outer), down to cos_outer: the spot of KHR_lights_punctual. x is the largest of three uniforms, whose distribution
+/// is x^3. REQUIRES: u, v, w1, w2 in (0, 1).
+inline Vec3d sample_spot(double u, double v, double w1, double w2, double cos_inner, double cos_outer) {
+    const double inner = 1 - cos_inner;
+    const double edge = (cos_inner - cos_outer) / 3;
+    const double inner_share = inner / (inner + edge);
+    if (u < inner_share) return sample_uniform_zone(u / inner_share, v, cos_inner, 1);
+    const double stretched = (u - inner_share) / (1 - inner_share);
+    const double x = stretched > w1 ? (stretched > w2 ? stretched : w2) : (w1 > w2 ? w1 : w2);
+    const double cosine = cos_outer + x * (cos_inner - cos_outer);
+    return sample_uniform_zone(0, v, cosine, 1);
+}
+inline double pdf_spot(Vec3d local, double cos_inner, double cos_outer) {
+    if (local.z < cos_outer) return 0;
+    const double solid_angle = 2 * std::numbers::pi * ((1 - cos_inner) + (cos_inner - cos_outer) / 3);
+    if (local.z >= cos_inner) return 1 / solid_angle;
+    const double x = (local.z - cos_outer) / (cos_inner - cos_outer);
+    return x * x / solid_angle;
+}
+
+/// Barycentric weights (of the second and third corner), uniform over a triangle.
+struct Barycentrics {
+    double b1, b2;
+};
+inline Barycentrics sample_triangle(double u, double v) {
+    const double root = std::sqrt(u);
+    return {root * (1 - v), root * v};
+}
+
+}  // namespace lumenfarm
