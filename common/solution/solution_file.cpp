@@ -210,27 +210,30 @@ Result<void> check_committed(const Solution& solution, const Emission& emission)
     return {};
 }
 
+/// Sums of foreign numbers are taken modulo 2^64, where they cannot overflow.
+std::uint64_t wrapped(std::int64_t ticks) { return static_cast<std::uint64_t>(ticks); }
+
 Result<void> check_balance(const EnergyBalance& balance) {
-    __int128 by_batch = 0;
+    std::uint64_t by_batch = 0;
     for (const std::int64_t ticks : balance.emitted_by_batch) {
         if (ticks < 0) return bad_input("a batch emitted " + std::to_string(ticks) + " ticks");
-        by_batch += ticks;
+        by_batch += wrapped(ticks);
     }
-    const __int128 gone = static_cast<__int128>(balance.absorbed) + balance.escaped + balance.cut_off;
-    if (gone != balance.emitted || by_batch != balance.emitted)
+    const std::uint64_t gone = wrapped(balance.absorbed) + wrapped(balance.escaped) + wrapped(balance.cut_off);
+    if (gone != wrapped(balance.emitted) || by_batch != wrapped(balance.emitted))
         return bad_input("its energy balance does not close: " + std::to_string(balance.emitted) + " ticks emitted");
     return {};
 }
 
 struct Totals {
-    std::uint64_t radiant = 0, y = 0, hits = 0;  ///< modulo 2^64
+    std::uint64_t radiant = 0, y = 0, hits = 0;
     bool operator==(const Totals&) const = default;
 };
 
 template <class Sums>
 void add_totals(Totals& totals, const Sums& sums) {
-    totals.radiant += static_cast<std::uint64_t>(sums.radiant);
-    totals.y += static_cast<std::uint64_t>(sums.y);
+    totals.radiant += wrapped(sums.radiant);
+    totals.y += wrapped(sums.y);
     totals.hits += sums.hits;
 }
 
