@@ -3,6 +3,7 @@
 #include "common/support/ensure.h"
 #include "common/support/limits.h"
 #include "proto/blocks.h"
+#include "proto/text.h"
 #include "proto/wire_error.h"
 
 #include <boost/mpl/bool.hpp>
@@ -30,7 +31,7 @@
 /// (count u32, then the elements as they lie in memory), and classes with serialize().
 namespace lumenfarm::wire {
 
-/// A text or vector with a limit of its own. Writing cuts a text that is too long; reading refuses it.
+/// A text or vector with a limit of its own. Writing cuts a text that is too long (text.h); reading refuses it.
 template <class T>
 struct AtMost {
     T& value;
@@ -109,9 +110,9 @@ private:
     requires std::is_enum_v<T>
     void save(T value) { save(static_cast<std::underlying_type_t<T>>(value)); }
     void save(const AtMost<std::string>& text) {
-        const auto size = std::min(text.value.size(), text.count_max);
-        save_count(size);
-        save_binary(text.value.data(), size);
+        const auto cut = presentable(text.value, text.count_max);
+        save_count(cut.size());
+        save_binary(cut.data(), cut.size());
     }
     template <class T>
     void save(const AtMost<std::vector<T>>& vector) {
@@ -228,6 +229,7 @@ private:
         if (refused_) return;
         text.value.resize(size);
         load_binary(text.value.data(), size);
+        if (!is_presentable(text.value)) refuse(WireError::bad_value);
     }
     template <class T>
     void load(const AtMost<std::vector<T>>& vector) {

@@ -14,8 +14,8 @@
 /// The frame: a header of 32 bytes, parsed by hand, then the payload. Offsets (docs/wire.md), little-endian:
 ///   0 u32 magic | 4 u16 protocol | 6 u16 type | 8 u32 flags | 12 u32 payload bytes | 16 u32 raw bytes | 20 u64 request
 ///   id | 28 u32 checksum
-/// Raw bytes: of the payload after decompression; equal to payload bytes when not compressed. Checksum: XXH3-64, both
-/// halves xor-ed, over header bytes 0 to 27 and then the payload as it travels.
+/// Raw bytes: of the payload after decompression; equal to payload bytes when not compressed. Checksum: XXH3-64
+/// of the payload as it travels, seeded with the XXH3-64 of header bytes 0 to 27, both halves xor-ed.
 namespace lumenfarm::wire {
 
 inline constexpr std::uint32_t frame_magic = 0x4d52464cu;  ///< "LFRM"

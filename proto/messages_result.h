@@ -71,6 +71,7 @@ struct ResultMap {
     ResultMap(const PartId& part_, std::vector<TexelDelta> texels_, std::vector<SurfaceDelta> surfaces_)
         : part(part_), texels(std::move(texels_)), surfaces(std::move(surfaces_)) {}
     bool operator==(const ResultMap&) const = default;
+    bool valid() const;
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
@@ -118,6 +119,9 @@ struct Claim {
         fields(ar, lease, epoch, range);
     }
 };
+
+/// What holds of every balance: closed, its batches sum to what was emitted, and within the limits of a job.
+bool balance_possible(const EnergyBalance& balance);
 
 /// worker -> master: the result is whole.
 struct ResultDone {

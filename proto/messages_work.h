@@ -152,8 +152,8 @@ struct LeaseProgress {
     }
 };
 
-/// worker -> master: the first message after Welcome, with every lease that the worker still holds (the master takes all
-/// its other leases back); and now and then: how far the leases at hand are, for estimates.
+/// worker -> master: the first message after Welcome, with every lease that the worker still holds (the master takes
+/// all its other leases back); and now and then: how far the leases at hand are, for estimates.
 struct Progress {
     static constexpr auto type = MessageType::progress;
     double particles_per_second = 0;    ///< over all threads, >= 0
