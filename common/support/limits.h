@@ -31,6 +31,11 @@ inline constexpr std::size_t json_values_max = 20'000'000;
 inline constexpr std::size_t node_depth_max = 256;  ///< of an imported scene graph
 inline constexpr std::size_t warnings_max = 200;    ///< of one import; more are counted
 
+// Octree
+inline constexpr std::uint32_t octree_depth_max = 20;
+inline constexpr std::uint64_t octree_nodes_max = 268'435'456;
+inline constexpr std::uint32_t octree_threads_max = 64;
+
 // Particles and ticks
 inline constexpr std::uint64_t particles_max = std::uint64_t{1} << 32;  ///< of one job, all lights together
 inline constexpr std::uint32_t bounces_max = 4'096;  ///< safety bound on the hits of a path; reaching it is reported
@@ -74,6 +79,9 @@ inline constexpr std::size_t claims_per_result_max = 16'384;
 inline constexpr std::size_t staged_result_bytes_max = std::size_t{320} << 20;  ///< of one session's open result
 inline constexpr std::size_t staged_bytes_max = std::size_t{4} << 30;           ///< of all open results together
 inline constexpr std::uint32_t results_in_flight = 8;  ///< credit: results sent and not yet answered, a worker
+inline constexpr std::uint32_t invalid_results_max = 3;    ///< then a worker is sent off
+inline constexpr std::size_t active_jobs_max = 4;          ///< with their sums in memory
+inline constexpr std::size_t admissions_max = 64;          ///< submissions that wait for the disk
 inline constexpr std::uint32_t threads_per_worker_max = 1'024;
 inline constexpr std::uint32_t leases_per_worker_max = 4 * threads_per_worker_max;
 inline constexpr std::size_t sessions_max = 4'096;
