@@ -90,6 +90,7 @@ inline constexpr std::size_t chunks_in_flight = 4;  ///< of one scene on its way
 inline constexpr double lease_seconds = 60;         ///< without a sign of life from the worker
 inline constexpr double reconnect_seconds = 10;     ///< leases of a lost connection wait for their worker this long
 inline constexpr double finish_seconds = 10;        ///< an interrupted job waits for outstanding results this long
+inline constexpr double straggler_targets = 3;  ///< a lease this many target times old may be traced again by an idle worker
 inline constexpr double drain_seconds = 10;         ///< a stopped worker may take this long to hand back its work
 /// A result that closes late, after the longest possible slice, still fits: records, energies and kept copies of them.
 static_assert(result_close_bytes + slice_particles * bounces_max * (hit_record_bytes + hit_energy_bytes + 32) +
