@@ -189,6 +189,17 @@ std::uint64_t Ledger::expire(double now_s) {
     return late.size();
 }
 
+bool Ledger::held_by(WorkerId worker, LeaseId id) const {
+    const auto found = leases_.find(id);
+    return found != leases_.end() && found->second.worker == worker;
+}
+
+std::uint64_t Ledger::workers() const {
+    std::set<WorkerId> workers;
+    for (const auto& [id, lease] : leases_) workers.insert(lease.worker);
+    return workers.size();
+}
+
 std::vector<LeaseId> Ledger::leases_of(WorkerId worker) const {
     std::vector<LeaseId> ids;
     for (const auto& [id, lease] : leases_)

@@ -61,6 +61,8 @@ public:
     std::uint64_t expire(double now_s);
 
     bool holds(LeaseId id) const { return leases_.contains(id); }
+    bool held_by(WorkerId worker, LeaseId id) const;
+    std::uint64_t workers() const;  ///< that hold a lease
     std::vector<LeaseId> leases_of(WorkerId worker) const;
     std::uint64_t outstanding() const { return leases_.size(); }
     std::uint64_t unleased() const { return unleased_; }

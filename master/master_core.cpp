@@ -1,0 +1,78 @@
+#include "master/master_core.h"
+
+#include "common/support/ensure.h"
+
+#include <utility>
+
+namespace lumenfarm {
+
+Effects MasterCore::settle_and_take(double now_s) {
+    if (!stopping_) {
+        give_work(now_s);
+        prepare_next();
+    }
+    return std::exchange(effects_, {});
+}
+
+void MasterCore::send(SessionId session, wire::Message message, std::uint64_t request_id) {
+    effects_.push_back(Send{session, std::move(message), request_id});
+}
+
+Effects MasterCore::on_connect(SessionId session, const std::string& address, double now_s) {
+    Session fresh;
+    fresh.id = session;
+    fresh.address = address;
+    fresh.connected_s = fresh.heard_s = now_s;
+    const bool full = sessions_.size() >= limits::sessions_max || stopping_;
+    ensure(sessions_.emplace(session, std::move(fresh)).second, "a session connects once");
+    if (full)
+        send_off(session, wire::GoodbyeReason::farm_full, Discard::farm_full, "this master has no room for more",
+                 now_s);
+    return settle_and_take(now_s);
+}
+
+Effects MasterCore::on_message(SessionId session, wire::Message message, std::uint64_t request_id, double now_s) {
+    if (session == embedding_session) {
+        Session embedding;
+        embedding.role = Submitter{};
+        dispatch(embedding, message, request_id, now_s);
+    } else if (const auto found = sessions_.find(session); found != sessions_.end()) {
+        found->second.heard_s = now_s;
+        dispatch(found->second, message, request_id, now_s);
+    }
+    return settle_and_take(now_s);
+}
+
+Effects MasterCore::on_disconnect(SessionId session, double now_s) {
+    forget(session, now_s);
+    return settle_and_take(now_s);
+}
+
+Effects MasterCore::tick(double now_s) {
+    keep_alive(now_s);
+    for (auto& [id, job] : jobs_) {
+        if (!job.active) continue;
+        count(Discard::lease_expired, [&] {
+            const std::uint64_t expired = job.active->ledger().expire(now_s);
+            job.record.status.leases_expired += expired;
+            return expired;
+        }());
+        sample_rate(job, now_s);
+        end_if_finished(job, now_s);
+    }
+    give_twins(now_s);
+    return settle_and_take(now_s);
+}
+
+Effects MasterCore::stop(double now_s) {
+    stopping_ = true;
+    while (!sessions_.empty()) {
+        const SessionId session = sessions_.begin()->first;
+        send(session, wire::Goodbye(wire::GoodbyeReason::shutting_down, "the master ends"));
+        effects_.push_back(Close{session});
+        forget(session, now_s);
+    }
+    return std::exchange(effects_, {});
+}
+
+}  // namespace lumenfarm

@@ -1,0 +1,158 @@
+#pragma once
+
+#include "master/active_job.h"
+#include "master/effects.h"
+#include "master/session.h"
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+/// The master without sockets, clocks, threads and disks (law 7): events go in, effects come out. Times are seconds of
+/// one steady clock of the caller's.
+namespace lumenfarm {
+
+struct MasterPolicy {
+    std::uint64_t fingerprint = 0;  ///< transport fingerprint that workers must have
+    std::uint32_t epoch = 1;        ///< of this life of the master: results of leases of another life are stale
+    JobId first_job = 1;            ///< jobs get this number and the following ones
+    double set_target_seconds = 2;
+    double flush_seconds = 2;  ///< maps: between two results of a tracing thread
+};
+
+/// Why something was thrown away or somebody sent off. Counted.
+enum class Discard : std::uint8_t {
+    hello_late,
+    unsupported_protocol,
+    fingerprint_differs,
+    no_threads,
+    farm_full,
+    replaced,
+    silent,
+    protocol_error,
+    lied,
+    result_stale,
+    result_repeated,
+    result_of_gone_job,
+    result_invalid,
+    staging_full,
+    lease_expired,
+    lease_returned,
+};
+inline constexpr std::size_t discard_count = static_cast<std::size_t>(Discard::lease_returned) + 1;
+
+class MasterCore {
+public:
+    explicit MasterCore(const MasterPolicy& policy) : policy_(policy), next_job_(policy.first_job) {}
+
+    /// A job of an earlier life. Unfinished ones are queued from the start. REQUIRES: called before any other event.
+    Effects restore(JobRecord record);
+
+    Effects on_connect(SessionId session, const std::string& address, double now_s);
+    Effects on_message(SessionId session, wire::Message message, std::uint64_t request_id, double now_s);
+    Effects on_disconnect(SessionId session, double now_s);
+    /// REQUIRES: called at least once a second.
+    Effects tick(double now_s);
+    /// No more leases; sessions get a Goodbye. Unfinished jobs are queued again by the next life.
+    Effects stop(double now_s);
+
+    /// `missing`: chunks that have to be uploaded first; empty when the record was stored. An error refuses the job.
+    Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
+    Effects on_prepared(JobId job, Result<std::shared_ptr<const PreparedJob>> prepared, double now_s);
+    Effects on_solution_stored(JobId job, const Result<StoredSolution>& stored, double now_s);
+
+    /// Ends a job and keeps what is done: outstanding results are waited for, at most limits::finish_seconds.
+    Effects cancel(JobId job, double now_s);
+
+    std::optional<wire::JobStatus> status(JobId job, double now_s) const;
+    std::vector<wire::WorkerStatus> workers(double now_s) const;
+    const JobRecord* record(JobId job) const;
+    std::uint64_t discarded(Discard reason) const { return discarded_[static_cast<std::size_t>(reason)]; }
+    std::size_t staged_bytes() const { return staged_bytes_; }
+
+private:
+    enum class Phase : std::uint8_t { queued, preparing, running, ending, storing, over };
+    struct Job {
+        JobRecord record;
+        Phase phase = Phase::queued;
+        std::unique_ptr<ActiveJob> active;
+        std::optional<double> started_s;  ///< of the first lease
+        std::set<WorkerId> contributors;  ///< workers whose results were merged
+        double end_by_s = 0;              ///< ending: outstanding results are waited for until then
+        std::vector<std::pair<double, std::uint64_t>> committed_at;  ///< for the rate
+    };
+
+    // sessions (master_sessions.cpp)
+    void greet(Session& session, wire::Hello hello, double now_s);
+    void welcome_worker(Session& session, double now_s);
+    void send_off(SessionId session, wire::GoodbyeReason reason, Discard count, std::string sentence, double now_s);
+    void forget(SessionId session, double now_s);
+    void keep_alive(double now_s);
+    void extend_leases(const Session& session, double now_s);
+    void dispatch(Session& session, wire::Message& message, std::uint64_t request_id, double now_s);
+
+    // workers (master_work.cpp)
+    void on(Session& session, const wire::Pull& pull, double now_s);
+    void on(Session& session, const wire::Progress& progress, double now_s);
+    void on(Session& session, const wire::ReturnLeases& returned, double now_s);
+    template <class Part>
+    void on_part(Session& session, Part part);
+    void on(Session& session, const wire::ResultDone& done, double now_s);
+    void answer(Session& session, const wire::ResultDone& done, const Outcome& outcome, double now_s);
+    void drop_open(Worker& worker);
+    void give_work(double now_s);
+    bool give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
+                  double now_s);
+    LeaseId new_lease();
+    void give_twins(double now_s);
+    void give_twin(Session& session, Worker& worker, double now_s);
+    void send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
+                    double now_s);
+    std::uint64_t threads() const;
+
+    // jobs (master_jobs.cpp)
+    void prepare_next();
+    std::vector<Job*> running_in_order();
+    static bool before(const Job& a, const Job& b);
+    void end_if_finished(Job& job, double now_s);
+    void end_with_failure(Job& job, std::string sentence);
+    void tell_gone(Job& job);
+    void sample_rate(Job& job, double now_s) const;
+    wire::JobStatus status_of(const Job& job, double now_s) const;
+    Job* find(JobId job);
+
+    // submitters (master_requests.cpp)
+    void on(SessionId session, std::uint64_t request_id, wire::Submit submit, double now_s);
+    void on(SessionId session, std::uint64_t request_id, const wire::StatusRequest& request, double now_s);
+    void on(SessionId session, std::uint64_t request_id, const wire::WorkersRequest& request, double now_s);
+    void on(SessionId session, std::uint64_t request_id, const wire::CancelRequest& request, double now_s);
+    void on(SessionId session, std::uint64_t request_id, const wire::FetchRequest& request, double now_s);
+    void refuse(SessionId session, std::uint64_t request_id, wire::RefusalReason reason, std::string sentence);
+    void cancel_job(Job& job, double now_s);
+    void admit_next();
+    JobRecord* find_key(std::uint64_t key);
+
+    void send(SessionId session, wire::Message message, std::uint64_t request_id = 0);
+    void count(Discard reason, std::uint64_t times = 1) { discarded_[static_cast<std::size_t>(reason)] += times; }
+    /// Gives work where there is some and room for it, and hands over what is to be done.
+    Effects settle_and_take(double now_s);
+
+    MasterPolicy policy_;
+    std::map<SessionId, Session> sessions_;
+    std::map<JobId, Job> jobs_;
+    JobId next_job_;
+    std::uint64_t leases_given_ = 0;
+    std::size_t staged_bytes_ = 0;
+    bool stopping_ = false;
+    std::deque<Admit> admissions_;  ///< the first is being carried out
+    std::array<std::uint64_t, discard_count> discarded_{};
+    Effects effects_;
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,172 @@
+#include "master/master_core.h"
+
+#include <type_traits>
+#include <utility>
+
+/// The master's core: sessions, from Hello to Goodbye.
+namespace lumenfarm {
+
+namespace {
+
+/// Messages that only a worker sends.
+template <class M>
+inline constexpr bool of_worker = std::is_same_v<M, wire::Pull> || std::is_same_v<M, wire::Progress> ||
+                                  std::is_same_v<M, wire::ReturnLeases> || std::is_same_v<M, wire::ResultDone>;
+template <class M>
+inline constexpr bool is_part =
+    std::is_same_v<M, wire::ResultHits> || std::is_same_v<M, wire::ResultMap> || std::is_same_v<M, wire::ResultKept>;
+/// Messages that only a submitter sends.
+template <class M>
+inline constexpr bool of_submitter = std::is_same_v<M, wire::Submit> || std::is_same_v<M, wire::StatusRequest> ||
+                                     std::is_same_v<M, wire::WorkersRequest> ||
+                                     std::is_same_v<M, wire::CancelRequest> || std::is_same_v<M, wire::FetchRequest>;
+
+}  // namespace
+
+void MasterCore::send_off(SessionId session, wire::GoodbyeReason reason, Discard why, std::string sentence,
+                          double now_s) {
+    count(why);
+    send(session, wire::Goodbye(reason, std::move(sentence)));
+    effects_.push_back(Close{session});
+    forget(session, now_s);
+}
+
+void MasterCore::forget(SessionId session, double now_s) {
+    const auto found = sessions_.find(session);
+    if (found == sessions_.end()) return;
+    if (Worker* worker = found->second.worker()) {
+        drop_open(*worker);
+        // the worker may come back and go on with what it has
+        for (auto& [id, job] : jobs_)
+            if (job.active) job.active->ledger().shorten(found->second.instance(), now_s + limits::reconnect_seconds);
+    }
+    sessions_.erase(found);
+}
+
+void MasterCore::greet(Session& session, wire::Hello hello, double now_s) {
+    using enum wire::GoodbyeReason;
+    if (hello.protocol < wire::protocol_oldest)
+        return send_off(session.id, unsupported_protocol, Discard::unsupported_protocol,
+                        "this master speaks protocol " + std::to_string(wire::protocol_oldest) + " to " +
+                            std::to_string(wire::protocol_newest) + ", not " + std::to_string(hello.protocol),
+                        now_s);
+    session.hello = std::move(hello);
+    if (session.hello.role == wire::Role::worker) return welcome_worker(session, now_s);
+    session.role = Submitter{};
+    send(session.id, wire::Welcome(session.id));
+}
+
+void MasterCore::welcome_worker(Session& session, double now_s) {
+    using enum wire::GoodbyeReason;
+    const wire::Hello& hello = session.hello;
+    if (hello.fingerprint != policy_.fingerprint)
+        return send_off(session.id, refused, Discard::fingerprint_differs,
+                        "this worker's tracer gives other bits than the master's; install the same version", now_s);
+    if (hello.threads == 0 || hello.threads > limits::threads_per_worker_max)
+        return send_off(session.id, refused, Discard::no_threads,
+                        "a worker has 1 to " + std::to_string(limits::threads_per_worker_max) + " threads, not " +
+                            std::to_string(hello.threads),
+                        now_s);
+    std::optional<SessionId> older;
+    for (const auto& [id, other] : sessions_)
+        if (id != session.id && other.worker() && other.instance() == session.instance()) older = id;
+    if (older) send_off(*older, replaced, Discard::replaced, "this worker opened a newer session", now_s);
+    session.role = Worker{};
+    send(session.id, wire::Welcome(session.id));
+}
+
+void MasterCore::keep_alive(double now_s) {
+    std::vector<SessionId> silent, late;
+    for (auto& [id, session] : sessions_) {
+        const bool greeting = std::holds_alternative<Greeting>(session.role);
+        if (greeting && now_s >= session.connected_s + limits::hello_seconds) {
+            late.push_back(id);
+        } else if (now_s >= session.heard_s + limits::dead_seconds) {
+            silent.push_back(id);
+        } else if (!greeting && now_s >= session.next_heartbeat_s) {
+            session.next_heartbeat_s = now_s + limits::heartbeat_seconds;
+            send(id, wire::Heartbeat(++session.heartbeats));
+        }
+    }
+    for (const SessionId id : late)
+        send_off(id, wire::GoodbyeReason::protocol_error, Discard::hello_late, "no Hello came in time", now_s);
+    for (const SessionId id : silent)
+        send_off(id, wire::GoodbyeReason::protocol_error, Discard::silent, "nothing was heard for too long", now_s);
+}
+
+void MasterCore::dispatch(Session& session, wire::Message& message, std::uint64_t request_id, double now_s) {
+    const auto unexpected = [&] {
+        send_off(session.id, wire::GoodbyeReason::protocol_error, Discard::protocol_error,
+                 std::string(wire::name_of(message)) + " is not expected here", now_s);
+    };
+    const bool submitter = std::holds_alternative<Submitter>(session.role);
+    std::visit(
+        [&]<class M>(M& m) {
+            if constexpr (std::is_same_v<M, wire::Goodbye>) {
+                effects_.push_back(Close{session.id});
+                forget(session.id, now_s);
+            } else if constexpr (std::is_same_v<M, wire::Hello>) {
+                std::holds_alternative<Greeting>(session.role) ? greet(session, std::move(m), now_s) : unexpected();
+            } else if (std::holds_alternative<Greeting>(session.role)) {
+                unexpected();
+            } else if constexpr (std::is_same_v<M, wire::Heartbeat>) {
+                extend_leases(session, now_s);
+                send(session.id, wire::HeartbeatReply(m.sequence));
+            } else if constexpr (std::is_same_v<M, wire::HeartbeatReply>) {
+                extend_leases(session, now_s);
+            } else if constexpr (std::is_same_v<M, wire::ManifestRequest>) {
+                effects_.push_back(ServeManifest{session.id, request_id, m.file});
+            } else if constexpr (std::is_same_v<M, wire::ChunkRequest>) {
+                effects_.push_back(ServeChunk{session.id, request_id, m.file, m.index});
+            } else if constexpr (of_submitter<M>) {
+                submitter ? on(session.id, request_id, std::move(m), now_s) : unexpected();
+            } else if constexpr (std::is_same_v<M, wire::Chunk>) {
+                submitter ? effects_.push_back(StoreChunk{std::move(m)}) : unexpected();
+            } else if constexpr (is_part<M>) {
+                session.worker() ? on_part(session, std::move(m)) : unexpected();
+            } else if constexpr (of_worker<M>) {
+                session.worker() ? on(session, m, now_s) : unexpected();
+            } else {
+                unexpected();
+            }
+        },
+        message);
+}
+
+void MasterCore::extend_leases(const Session& session, double now_s) {
+    if (!session.worker()) return;
+    for (auto& [id, job] : jobs_)
+        if (job.active) job.active->ledger().extend(session.instance(), now_s + limits::lease_seconds);
+}
+
+std::vector<wire::WorkerStatus> MasterCore::workers(double now_s) const {
+    std::vector<wire::WorkerStatus> all;
+    for (const auto& [id, session] : sessions_) {
+        const Worker* worker = session.worker();
+        if (!worker) continue;
+        wire::WorkerStatus status;
+        status.session = id;
+        status.name = session.hello.name;
+        status.address = session.address;
+        status.threads = session.hello.threads;
+        status.memory_bytes = session.hello.memory_bytes;
+        status.isa = session.hello.isa;
+        for (const auto& [job_id, job] : jobs_) {
+            if (!job.active) continue;
+            const auto leases = job.active->ledger().leases_of(session.instance());
+            if (!leases.empty()) status.job = job_id;
+            status.leases += static_cast<std::uint32_t>(leases.size());
+        }
+        status.state = worker->draining    ? wire::WorkerState::draining
+                       : status.leases > 0 ? wire::WorkerState::working
+                                           : wire::WorkerState::idle;
+        status.particles = worker->particles;
+        status.particles_per_second = worker->pace.particles_per_s() * session.hello.threads;
+        status.connected_seconds = now_s - session.connected_s;
+        status.silent_seconds = now_s - session.heard_s;
+        all.push_back(std::move(status));
+    }
+    return all;
+}
+
+}  // namespace lumenfarm

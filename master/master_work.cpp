@@ -1,0 +1,201 @@
+#include "master/master_core.h"
+
+#include <algorithm>
+#include <utility>
+
+/// The master's core: giving out sets and taking results.
+namespace lumenfarm {
+
+void MasterCore::on(Session& session, const wire::Pull& pull, double now_s) {
+    Worker& worker = *session.worker();
+    if (!worker.leases_stated)
+        return send_off(session.id, wire::GoodbyeReason::protocol_error, Discard::protocol_error,
+                        "a worker states its leases before it pulls", now_s);
+    worker.wanted = worker.draining ? 0 : std::min(pull.sets, limits::leases_per_worker_max);
+}
+
+void MasterCore::on(Session& session, const wire::Progress& progress, double now_s) {
+    Worker& worker = *session.worker();
+    if (worker.leases_stated) return;
+    worker.leases_stated = true;
+    std::set<LeaseId> held;
+    for (const wire::LeaseProgress& lease : progress.leases) held.insert(lease.lease);
+    for (auto& [id, job] : jobs_) {
+        if (!job.active) continue;
+        Ledger& ledger = job.active->ledger();
+        for (const LeaseId lease : ledger.leases_of(session.instance()))
+            if (!held.contains(lease)) ledger.release(lease);
+        end_if_finished(job, now_s);
+    }
+    extend_leases(session, now_s);
+}
+
+void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double now_s) {
+    Worker& worker = *session.worker();
+    if (returned.reason == wire::ReturnReason::ending) worker.wanted = 0;
+    for (auto& [id, job] : jobs_) {
+        if (!job.active) continue;
+        Ledger& ledger = job.active->ledger();
+        for (const wire::LeaseRef& lease : returned.leases) {
+            if (!ledger.held_by(session.instance(), lease.lease)) continue;
+            ledger.release(lease.lease);
+            ++job.record.status.leases_returned;
+            count(Discard::lease_returned);
+            if (returned.reason != wire::ReturnReason::ending) worker.declined.insert(id);
+        }
+        end_if_finished(job, now_s);
+    }
+}
+
+template <class Part>
+void MasterCore::on_part(Session& session, Part part) {
+    Worker& worker = *session.worker();
+    const wire::PartId id = part.part;
+    if (!worker.open || worker.open->job() != id.job || worker.open->number() != id.result) {
+        drop_open(worker);
+        worker.open.emplace(id.job, id.result);
+    }
+    StagedResult& open = *worker.open;
+    const std::size_t before = open.bytes();
+    const Job* job = find(id.job);
+    if (!job || !job->active) {
+        open.refuse("the job is over");
+    } else if (before + limits::frame_payload_bytes_max > limits::staged_result_bytes_max ||
+               staged_bytes_ + limits::frame_payload_bytes_max > limits::staged_bytes_max) {
+        open.refuse("the master has no room for the result");
+        count(Discard::staging_full);
+    } else {
+        open.add(job->record.spec, job->active->prepared(), std::move(part));
+    }
+    staged_bytes_ = staged_bytes_ - before + open.bytes();
+}
+template void MasterCore::on_part(Session&, wire::ResultHits);
+template void MasterCore::on_part(Session&, wire::ResultMap);
+template void MasterCore::on_part(Session&, wire::ResultKept);
+
+void MasterCore::drop_open(Worker& worker) {
+    if (!worker.open) return;
+    staged_bytes_ -= worker.open->bytes();
+    worker.open.reset();
+}
+
+void MasterCore::on(Session& session, const wire::ResultDone& done, double now_s) {
+    Worker& worker = *session.worker();
+    StagedResult result(done.job, done.result);
+    if (worker.open && worker.open->job() == done.job && worker.open->number() == done.result)
+        result = std::move(*worker.open);
+    drop_open(worker);
+    Job* job = find(done.job);
+    if (!job || !job->active) return answer(session, done, {wire::Verdict::job_gone, "the job is over"}, now_s);
+    const auto of_this_life = [&](const wire::Claim& claim) { return claim.epoch == policy_.epoch; };
+    if (!std::all_of(done.claims.begin(), done.claims.end(), of_this_life))
+        return answer(session, done, {wire::Verdict::stale, "the lease is of an earlier life of the master"}, now_s);
+    const Outcome outcome = job->active->commit(session.instance(), result, done);
+    JobRecord& record = job->record;
+    if (outcome.verdict == wire::Verdict::accepted) {
+        if (worker.pace_job != done.job) worker.pace = {};
+        worker.pace_job = done.job;
+        worker.pace.learn(done.balance.particles, done.trace_seconds);
+        worker.particles += done.balance.particles;
+        job->contributors.insert(session.instance());
+    }
+    record.status.results_stale += outcome.verdict == wire::Verdict::stale;
+    record.status.results_invalid += outcome.verdict == wire::Verdict::invalid;
+    answer(session, done, outcome, now_s);
+    end_if_finished(*job, now_s);
+}
+
+void MasterCore::answer(Session& session, const wire::ResultDone& done, const Outcome& outcome, double now_s) {
+    send(session.id, wire::ResultAck(done.job, done.result, outcome.verdict, outcome.sentence));
+    switch (outcome.verdict) {
+        case wire::Verdict::accepted: return;
+        case wire::Verdict::already_merged: return count(Discard::result_repeated);
+        case wire::Verdict::stale: return count(Discard::result_stale);
+        case wire::Verdict::job_gone: return count(Discard::result_of_gone_job);
+        case wire::Verdict::invalid: break;
+    }
+    count(Discard::result_invalid);
+    if (++session.worker()->invalid_results >= limits::invalid_results_max)
+        send_off(session.id, wire::GoodbyeReason::refused, Discard::lied,
+                 "too many impossible results came, the last one because " + outcome.sentence, now_s);
+}
+
+std::uint64_t MasterCore::threads() const {
+    std::uint64_t threads = 0;
+    for (const auto& [id, session] : sessions_)
+        if (session.worker()) threads += session.hello.threads;
+    return std::max<std::uint64_t>(threads, 1);
+}
+
+void MasterCore::give_work(double now_s) {
+    const std::vector<Job*> jobs = running_in_order();
+    const std::uint64_t farm_threads = threads();
+    // one set to each in turn, so that the last sets are spread
+    for (bool given = true; given;) {
+        given = false;
+        for (auto& [id, session] : sessions_) {
+            Worker* worker = session.worker();
+            if (worker && worker->wanted > 0) given |= give_set(session, *worker, jobs, farm_threads, now_s);
+        }
+    }
+}
+
+bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
+                          double now_s) {
+    for (Job* job : jobs) {
+        Ledger& ledger = job->active->ledger();
+        if (worker.declined.contains(job->record.id()) || ledger.unleased() == 0) continue;
+        const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};
+        const Pace pace = worker.pace_job == job->record.id() ? worker.pace : Pace{};
+        const std::uint64_t size = next_set_size(policy, pace, ledger.unleased(), farm_threads);
+        const LeaseId lease = new_lease();
+        const auto range = ledger.lease(lease, session.instance(), size, now_s, now_s + limits::lease_seconds);
+        send_lease(session, worker, *job, lease, *range, now_s);
+        return true;
+    }
+    return false;
+}
+
+LeaseId MasterCore::new_lease() { return LeaseId{policy_.epoch} << 32 | ++leases_given_; }
+
+void MasterCore::send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
+                            double now_s) {
+    const JobId id = job.record.id();
+    if (worker.told.insert(id).second) {
+        JobSpec spec = job.record.spec;
+        spec.packing = job.active->packing();
+        send(session.id, wire::JobInfo(id, job.record.status.scene, job.record.scene_bytes, std::move(spec),
+                                       job.active->prepared().texel_m, policy_.flush_seconds));
+    }
+    if (!job.started_s) job.started_s = now_s;
+    --worker.wanted;
+    send(session.id, wire::Lease(lease, policy_.epoch, id, range, job.active->keep_threshold()));
+}
+
+/// Idle workers trace again what stragglers still owe, when nothing else is left to do.
+void MasterCore::give_twins(double now_s) {
+    if (stopping_) return;
+    for (auto& [id, session] : sessions_) {
+        Worker* worker = session.worker();
+        if (!worker || worker->wanted == 0) continue;
+        const bool idle = std::none_of(jobs_.begin(), jobs_.end(), [&, &session = session](const auto& entry) {
+            const auto& active = entry.second.active;
+            return active && !active->ledger().leases_of(session.instance()).empty();
+        });
+        if (idle) give_twin(session, *worker, now_s);
+    }
+}
+
+void MasterCore::give_twin(Session& session, Worker& worker, double now_s) {
+    for (Job* job : running_in_order()) {
+        Ledger& ledger = job->active->ledger();
+        if (worker.declined.contains(job->record.id())) continue;
+        if (ledger.unleased() > 0) return;
+        const LeaseId lease = new_lease();
+        const double late_s = now_s - limits::straggler_targets * policy_.set_target_seconds;
+        const auto range = ledger.lease_twin(lease, session.instance(), late_s, now_s, now_s + limits::lease_seconds);
+        if (range) return send_lease(session, worker, *job, lease, *range, now_s);
+    }
+}
+
+}  // namespace lumenfarm

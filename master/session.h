@@ -1,0 +1,49 @@
+#pragma once
+
+#include "master/effects.h"
+#include "master/set_sizer.h"
+#include "master/staged_result.h"
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+
+/// What the master knows of one connection.
+namespace lumenfarm {
+
+/// Connected, and its Hello is due.
+struct Greeting {};
+
+struct Submitter {};
+
+struct Worker {
+    std::uint32_t wanted = 0;    ///< sets that it has room for
+    bool leases_stated = false;  ///< its first Progress has come
+    bool draining = false;
+    std::set<JobId> told;      ///< jobs it has a JobInfo of
+    std::set<JobId> declined;  ///< jobs it can't do
+    std::optional<StagedResult> open;
+    JobId pace_job = 0;
+    Pace pace;  ///< on pace_job
+    std::uint64_t particles = 0;
+    std::uint32_t invalid_results = 0;
+};
+
+struct Session {
+    SessionId id = 0;
+    std::string address;
+    double connected_s = 0;
+    double heard_s = 0;
+    double next_heartbeat_s = 0;
+    std::uint64_t heartbeats = 0;
+    wire::Hello hello;
+    std::variant<Greeting, Submitter, Worker> role;
+
+    Worker* worker() { return std::get_if<Worker>(&role); }
+    const Worker* worker() const { return std::get_if<Worker>(&role); }
+    WorkerId instance() const { return hello.instance; }
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,141 @@
+#include "master/staged_result.h"
+
+#include "common/spectrum/spectrum.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+namespace lumenfarm {
+
+namespace {
+
+/// A sum over `hits` hits can't pass hits x energy_ticks_max x 2: no CIE ratio reaches 2. [law 3]
+bool possible_sum(std::int64_t sum, std::uint64_t hits) {
+    return sum >= 0 && static_cast<std::uint64_t>(sum) / (2 * limits::energy_ticks_max) <= hits;
+}
+
+constexpr std::uint64_t y_squared_of_a_hit_max = std::uint64_t{(2 * limits::energy_ticks_max) >> y_squared_shift} *
+                                                 ((2 * limits::energy_ticks_max) >> y_squared_shift);
+
+bool possible(const wire::TexelDelta& delta, std::uint64_t texels) {
+    return delta.texel < texels && delta.hits > 0 && possible_sum(delta.radiant, delta.hits) &&
+           possible_sum(delta.x, delta.hits) && possible_sum(delta.y, delta.hits) &&
+           possible_sum(delta.z, delta.hits) && delta.y_squared / y_squared_of_a_hit_max <= delta.hits;
+}
+
+bool possible(const wire::SurfaceDelta& delta, std::uint64_t surfaces) {
+    return delta.surface < surfaces && delta.side_batch < 2 * limits::batches &&
+           delta.hits <= limits::particles_max * limits::bounces_max && possible_sum(delta.radiant, delta.hits) &&
+           possible_sum(delta.y, delta.hits);
+}
+
+bool possible_record(const HitRecord& record, const Scene& scene) {
+    return valid_record(record, scene) && record.wavelength < wavelength_bins;
+}
+
+/// Bounds from the limits of a path, tight enough that no sum of a job's balances leaves int64.
+bool possible_balance(const EnergyBalance& balance) {
+    if (balance.particles > limits::particles_max || balance.hits > balance.particles * limits::bounces_max)
+        return false;
+    const auto within = [&](std::int64_t sum, std::uint64_t events) {
+        constexpr std::int64_t most = std::int64_t{1} << 60;
+        return sum >= -most && sum <= most &&
+               static_cast<std::uint64_t>(std::abs(sum)) / limits::energy_ticks_max <= events;
+    };
+    std::int64_t by_batch = 0;
+    for (const std::int64_t emitted : balance.emitted_by_batch) {
+        if (emitted < 0 || !within(emitted, balance.particles)) return false;
+        by_batch += emitted;
+    }
+    const std::uint64_t events = balance.particles + balance.hits;
+    return balance.emitted == by_batch && balance.absorbed >= 0 && within(balance.absorbed, events) &&
+           balance.escaped >= 0 && within(balance.escaped, events) && within(balance.cut_off, events) &&
+           balance.closed() && balance.bounce_limited <= balance.particles;
+}
+
+}  // namespace
+
+void StagedResult::refuse(std::string sentence) {
+    if (fault_.empty()) fault_ = std::move(sentence);
+    hits_.clear();
+    maps_.clear();
+    kept_.clear();
+    bytes_ = 0;
+}
+
+bool StagedResult::next_part(const wire::PartId& part, std::size_t part_bytes) {
+    const std::uint32_t expected = parts_++;
+    if (!fault_.empty()) return false;
+    if (part.sequence != expected) {
+        refuse("part " + std::to_string(part.sequence) + " came where part " + std::to_string(expected) + " is due");
+        return false;
+    }
+    bytes_ += part_bytes;
+    return true;
+}
+
+void StagedResult::add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultHits part) {
+    if (!next_part(part.part, part.records.size() * sizeof(HitRecord) + part.energies.size() * 4)) return;
+    const std::size_t energies = spec.absorption == Absorption::analog ? 0 : part.records.size();
+    if (part.light >= prepared.particles.size()) return refuse("light " + std::to_string(part.light) + " is not there");
+    if (part.energies.size() != energies)
+        return refuse(std::to_string(part.energies.size()) + " energies came with " +
+                      std::to_string(part.records.size()) + " hits");
+    for (const HitRecord& record : part.records)
+        if (!possible_record(record, prepared.scene))
+            return refuse("a hit lies outside the scene, on triangle " + std::to_string(record.triangle));
+    for (const std::uint32_t energy : part.energies)
+        if (energy > limits::energy_ticks_max) return refuse("a hit has " + std::to_string(energy) + " ticks");
+    record_hits_ += part.records.size();
+    hits_.push_back(std::move(part));
+}
+
+void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::ResultMap part) {
+    if (!next_part(part.part,
+                   part.texels.size() * sizeof(wire::TexelDelta) + part.surfaces.size() * sizeof(wire::SurfaceDelta)))
+        return;
+    for (const wire::TexelDelta& delta : part.texels) {
+        if (!possible(delta, prepared.layout.texel_count()))
+            return refuse("texel " + std::to_string(delta.texel) + " has impossible sums");
+        texel_hits_ += delta.hits;
+    }
+    for (const wire::SurfaceDelta& delta : part.surfaces) {
+        if (!possible(delta, prepared.scene.surfaces.size()))
+            return refuse("surface " + std::to_string(delta.surface) + " has impossible sums");
+        surface_hits_ += delta.hits;
+    }
+    maps_.push_back(std::move(part));
+}
+
+void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::ResultKept part) {
+    if (!next_part(part.part, part.hits.size() * sizeof(KeptHit))) return;
+    for (const KeptHit& hit : part.hits)
+        if (hit.light >= prepared.particles.size() || hit.energy > limits::energy_ticks_max ||
+            !possible_record(hit.record, prepared.scene))
+            return refuse("a kept hit lies outside the scene, on triangle " + std::to_string(hit.record.triangle));
+    kept_.push_back(std::move(part));
+}
+
+Result<void> StagedResult::check(const wire::ResultDone& done) const {
+    if (!fault_.empty()) return failed(fault_);
+    if (done.parts != parts_) return failed(std::to_string(parts_) + " parts arrived of " + std::to_string(done.parts));
+    if (!possible_balance(done.balance)) return failed("the energy balance does not close");
+    std::uint64_t particles = 0;
+    for (const wire::Claim& covered : done.claims) particles += covered.range.count;
+    if (particles != done.balance.particles)
+        return failed("the balance is of " + std::to_string(done.balance.particles) + " particles, the leases of " +
+                      std::to_string(particles));
+    const std::uint64_t texel_hits = record_hits_ + texel_hits_, surface_hits = record_hits_ + surface_hits_;
+    if (texel_hits != done.balance.hits || surface_hits != done.balance.hits)
+        return failed("the balance is of " + std::to_string(done.balance.hits) + " hits, the texels of " +
+                      std::to_string(texel_hits) + ", the surfaces of " + std::to_string(surface_hits));
+    for (const wire::ResultHits& part : hits_) {
+        const auto of_light = [&](const wire::Claim& covered) { return covered.range.light == part.light; };
+        if (std::none_of(done.claims.begin(), done.claims.end(), of_light))
+            return failed("hits of light " + std::to_string(part.light) + " came without a lease of it");
+    }
+    return {};
+}
+
+}  // namespace lumenfarm

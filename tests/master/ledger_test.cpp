@@ -1,0 +1,171 @@
+#include "master/ledger.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace lumenfarm {
+namespace {
+
+constexpr WorkerId ann = 1, bob = 2;
+
+Claim whole(LeaseId lease, const ParticleRange& range) { return {lease, range}; }
+
+ClaimVerdict verdict(const Ledger& ledger, WorkerId worker, const Claim& claim) {
+    return ledger.check(worker, std::array{claim});
+}
+
+TEST(Ledger, GivesEveryParticleOnce) {
+    Ledger ledger({1'000, 10});
+    IntervalSet seen[2];
+    for (LeaseId id = 1; const auto range = ledger.lease(id, ann, 7, 0, 60); ++id)
+        EXPECT_TRUE(seen[range->light].insert(range->first, range->first + range->count));
+    EXPECT_TRUE(seen[0].covers(0, 1'000));
+    EXPECT_TRUE(seen[1].covers(0, 10));
+    EXPECT_EQ(ledger.unleased(), 0u);
+}
+
+TEST(Ledger, GivesTheLightsEqualFractions) {
+    Ledger ledger({10'000, 1'000});
+    std::uint64_t given[2] = {0, 0};
+    for (LeaseId id = 1; id <= 50; ++id) {
+        const auto range = ledger.lease(id, ann, 100, 0, 60);
+        given[range->light] += range->count;
+    }
+    EXPECT_NEAR(static_cast<double>(given[0]) / 10'000, static_cast<double>(given[1]) / 1'000, 0.1);
+}
+
+TEST(Ledger, GivesNothingOfALightWithoutParticles) {
+    Ledger ledger({0, 5});
+    EXPECT_EQ(ledger.lease(1, ann, 100, 0, 60), (ParticleRange{1, 0, 5}));
+    EXPECT_FALSE(ledger.lease(2, ann, 100, 0, 60));
+}
+
+TEST(Ledger, RangeCommittedTwiceIsMergedOnce) {
+    Ledger ledger({100});
+    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    const Claim claim = whole(1, *range);
+    ASSERT_EQ(verdict(ledger, ann, claim), ClaimVerdict::current);
+    ledger.commit(std::array{claim});
+    EXPECT_EQ(verdict(ledger, ann, claim), ClaimVerdict::already_committed);
+    EXPECT_EQ(ledger.committed_particles(), 100u);
+    EXPECT_TRUE(ledger.complete());
+}
+
+TEST(Ledger, PartOfALeaseIsCommittedAndTheRestIsStillOwed) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 100, 0, 60);
+    ledger.commit(std::array{Claim{1, {0, 0, 40}}});
+    EXPECT_TRUE(ledger.holds(1));
+    EXPECT_EQ(verdict(ledger, ann, {1, {0, 30, 20}}), ClaimVerdict::already_committed);
+    EXPECT_EQ(verdict(ledger, ann, {1, {0, 40, 60}}), ClaimVerdict::current);
+    ledger.release(1);
+    EXPECT_EQ(ledger.unleased(), 60u);
+    EXPECT_EQ(ledger.lease(2, bob, 1'000, 0, 60), (ParticleRange{0, 40, 60}));
+}
+
+TEST(Ledger, ExpiredLeaseIsStaleAndGivenToAnother) {
+    Ledger ledger({100});
+    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    EXPECT_EQ(ledger.expire(59), 0u);
+    EXPECT_EQ(ledger.expire(60), 1u);
+    EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::stale);
+    EXPECT_EQ(ledger.lease(2, bob, 100, 60, 120), range);
+    EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::stale);
+    EXPECT_EQ(verdict(ledger, bob, whole(2, *range)), ClaimVerdict::current);
+}
+
+TEST(Ledger, HeartbeatKeepsALease) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 50, 0, 60);
+    ledger.lease(2, bob, 50, 0, 60);
+    ledger.extend(ann, 100);
+    EXPECT_EQ(ledger.expire(70), 1u);
+    EXPECT_TRUE(ledger.holds(1));
+    EXPECT_FALSE(ledger.holds(2));
+}
+
+TEST(Ledger, LostWorkerKeepsItsLeasesForTheGraceOnly) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 50, 0, 60);
+    ledger.shorten(ann, 10);
+    EXPECT_EQ(ledger.expire(9), 0u);
+    EXPECT_EQ(ledger.expire(10), 1u);
+}
+
+TEST(Ledger, OnlyTheHolderOfALeaseMayClaimIt) {
+    Ledger ledger({100});
+    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    EXPECT_EQ(verdict(ledger, bob, whole(1, *range)), ClaimVerdict::stale);
+}
+
+TEST(Ledger, ClaimsOutsideTheLeaseAreInvalid) {
+    Ledger ledger({100, 100});
+    ledger.lease(1, ann, 50, 0, 60);  // light 0, [0, 50)
+    for (const ParticleRange& range : {ParticleRange{0, 0, 51},
+                                       {0, 49, 2},
+                                       {0, 60, 1},
+                                       {1, 0, 50},
+                                       {2, 0, 1},
+                                       {0, 0, 0},
+                                       {0, ~0ull, 2},
+                                       {0, 1, ~0ull}})
+        EXPECT_EQ(verdict(ledger, ann, {1, range}), ClaimVerdict::invalid) << range.first << " " << range.count;
+    EXPECT_EQ(ledger.check(ann, {}), ClaimVerdict::invalid);
+}
+
+TEST(Ledger, OneResultMayNotClaimAParticleTwice) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 100, 0, 60);
+    EXPECT_EQ(ledger.check(ann, std::array{Claim{1, {0, 0, 60}}, Claim{1, {0, 59, 10}}}), ClaimVerdict::invalid);
+    EXPECT_EQ(ledger.check(ann, std::array{Claim{1, {0, 60, 10}}, Claim{1, {0, 0, 60}}}), ClaimVerdict::current);
+}
+
+TEST(Ledger, FirstOfTwoTwinsWins) {
+    Ledger ledger({100});
+    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    EXPECT_FALSE(ledger.lease_twin(2, ann, 100, 5, 60)) << "not to the straggler itself";
+    EXPECT_FALSE(ledger.lease_twin(2, bob, 0, 5, 60)) << "not before it is late";
+    ASSERT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), range);
+    EXPECT_FALSE(ledger.lease_twin(3, bob, 100, 5, 60)) << "one twin is enough";
+    ledger.commit(std::array{whole(2, *range)});
+    EXPECT_TRUE(ledger.complete());
+    EXPECT_EQ(ledger.outstanding(), 0u);
+    EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::already_committed);
+}
+
+TEST(Ledger, TwinOwesOnlyWhatTheStragglerOwes) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 100, 0, 60);
+    ledger.commit(std::array{Claim{1, {0, 0, 30}}});
+    EXPECT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), (ParticleRange{0, 30, 70}));
+    ledger.commit(std::array{Claim{1, {0, 30, 10}}});
+    EXPECT_EQ(verdict(ledger, bob, {2, {0, 30, 70}}), ClaimVerdict::already_committed);
+    EXPECT_EQ(verdict(ledger, bob, {2, {0, 40, 60}}), ClaimVerdict::current);
+}
+
+TEST(Ledger, ReleasedTwinGivesNothingBackTwice) {
+    for (const LeaseId first : {1u, 2u}) {
+        Ledger ledger({100});
+        ledger.lease(1, ann, 100, 0, 60);
+        ledger.lease_twin(2, bob, 5, 5, 60);
+        ledger.release(first);
+        EXPECT_EQ(ledger.unleased(), 0u);
+        ledger.release(3 - first);
+        EXPECT_EQ(ledger.unleased(), 100u);
+    }
+}
+
+TEST(Ledger, ReleaseOfAWorkerLeavesTheOthers) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 20, 0, 60);
+    ledger.lease(2, bob, 20, 0, 60);
+    ledger.lease(3, ann, 20, 0, 60);
+    EXPECT_EQ(ledger.leases_of(ann), (std::vector<LeaseId>{1, 3}));
+    ledger.release_worker(ann);
+    EXPECT_EQ(ledger.outstanding(), 1u);
+    EXPECT_EQ(ledger.unleased(), 80u);
+}
+
+}  // namespace
+}  // namespace lumenfarm
