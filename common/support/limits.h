@@ -53,6 +53,12 @@ inline constexpr std::uint64_t solution_bytes_max = std::uint64_t{32} << 30;  //
 static_assert(texels_max * 48 + kept_hits_max * 24 + (std::uint64_t{1} << 30) <= solution_bytes_max);
 inline constexpr std::uint32_t batches = 32;  ///< of particles, for standard errors
 
+// Products
+inline constexpr std::uint32_t picture_side_max = 16'384;  ///< pixels
+inline constexpr std::uint32_t samples_per_side_max = 16;  ///< camera rays along one side of a pixel
+inline constexpr std::uint64_t points_file_bytes_max = std::uint64_t{1} << 30;
+inline constexpr std::uint64_t points_max = 10'000'000;  ///< rows of one `measure`
+
 // Jobs
 inline constexpr std::int64_t priority_max = 1'000;
 
@@ -120,6 +126,7 @@ inline constexpr double hello_seconds = 5;  ///< from accept to a whole Hello
 inline constexpr double heartbeat_seconds = 5;
 inline constexpr double dead_seconds = 15;  ///< of silence
 inline constexpr double connect_seconds = 5;
+inline constexpr double accept_retry_seconds = 0.1;  ///< after accepting failed for want of descriptors
 inline constexpr double goodbye_seconds = 2;  ///< for the last bytes to leave before a close
 inline constexpr double reconnect_seconds_min = 0.5;
 inline constexpr double reconnect_seconds_max = 30;
