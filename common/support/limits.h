@@ -34,6 +34,7 @@ inline constexpr std::size_t warnings_max = 200;    ///< of one import; more are
 // Octree
 inline constexpr std::uint32_t octree_depth_max = 20;
 inline constexpr std::uint64_t octree_nodes_max = 268'435'456;
+inline constexpr std::uint64_t octree_references_max = 2'000'000'000;  ///< triangles in leaves, repeats counted
 inline constexpr std::uint32_t octree_threads_max = 64;
 
 // Particles and ticks
