@@ -113,7 +113,10 @@ private:
     void push(std::vector<std::byte> frame);
     void write();
     void on_write(const ErrorCode& error, std::size_t size);
+    void stop_writing(const ErrorCode& error);
     void drop_written(std::size_t size);
+
+    void end_with(const wire::Goodbye& goodbye, Closed closed);
 
     void watch();
     void on_watch();
@@ -129,6 +132,7 @@ private:
     std::string peer_;
     bool peer_is_loopback_ = false;
     State state_ = State::fresh;
+    Closed ending_;  ///< finishing: what on_close will be told
 
     std::vector<std::byte> buffer_;
     std::span<const std::byte> unread_;  ///< of buffer_
