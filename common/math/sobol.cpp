@@ -1,7 +1,5 @@
 #include "common/math/sobol.h"
 
-#include <array>
-
 namespace lumenfarm {
 namespace {
 
@@ -41,15 +39,20 @@ constexpr Directions directions_of(const Polynomial& p) {
     return v;
 }
 
-/// The matrix product by bytes of the index: four look-ups instead of 32 conditional xors.
 using ByteTables = std::array<std::array<std::uint32_t, 256>, 4>;
+
+constexpr std::uint32_t reversed(std::uint32_t x) {
+    std::uint32_t r = 0;
+    for (std::uint32_t bit = 0; bit < 32; ++bit) r |= (x >> bit & 1u) << (31 - bit);
+    return r;
+}
 
 constexpr ByteTables byte_tables(const Directions& directions) {
     ByteTables tables{};
     for (std::uint32_t byte = 0; byte < 4; ++byte)
         for (std::uint32_t value = 0; value < 256; ++value)
             for (std::uint32_t bit = 0; bit < 8; ++bit)
-                if (value >> bit & 1u) tables[byte][value] ^= directions[8 * byte + bit];
+                if (value >> bit & 1u) tables[byte][value] ^= reversed(directions[8 * byte + bit]);
     return tables;
 }
 
@@ -60,30 +63,8 @@ constexpr std::array<ByteTables, sobol_dimensions> all_tables() {
     return all;
 }
 
-constexpr std::array<ByteTables, sobol_dimensions> tables = all_tables();
-
-constexpr std::uint32_t reverse_bits(std::uint32_t x) {
-    x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
-    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
-    return __builtin_bswap32(x);
-}
-
 }  // namespace
 
-std::uint32_t sobol(std::uint32_t index, std::uint32_t dimension) {
-    const ByteTables& t = tables[dimension];
-    return t[0][index & 255u] ^ t[1][index >> 8 & 255u] ^ t[2][index >> 16 & 255u] ^ t[3][index >> 24];
-}
-
-std::uint32_t owen_scramble(std::uint32_t coordinate, std::uint32_t seed) {
-    std::uint32_t x = reverse_bits(coordinate);
-    x ^= x * 0x3d20adeau;
-    x += seed;
-    x *= (seed >> 16) | 1u;
-    x ^= x * 0x05526c56u;
-    x ^= x * 0x53a22864u;
-    return reverse_bits(x);
-}
+constexpr std::array<std::array<std::array<std::uint32_t, 256>, 4>, sobol_dimensions> sobol_reversed_tables = all_tables();
 
 }  // namespace lumenfarm

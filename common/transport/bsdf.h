@@ -1,6 +1,8 @@
 #pragma once
 
+#include "common/math/sampling.h"
 #include "common/scene/scene.h"
+#include "common/transport/fresnel.h"
 
 #include <array>
 #include <cstdint>
@@ -55,10 +57,52 @@ struct Lobes {
     double albedo() const { return first + second; }
 };
 
+inline Lobes glass_lobes(const MaterialTable& materials, const Material& material, const Incidence& incidence) {
+    const double index = materials.refractive_index(material, incidence.bin);
+    const double tint = materials.albedo(material.transmission, incidence.bin, [&] { return incidence.uv; });
+    Lobes lobes;
+    lobes.first_kind = Lobes::Kind::mirror;
+    if (material.thin) {
+        lobes.second_kind = Lobes::Kind::straight;
+        lobes.first = sheet_reflectance(fresnel(incidence.cos_incident, index).reflectance);
+    } else {
+        lobes.second_kind = Lobes::Kind::refracted;
+        lobes.relative_index = incidence.back ? 1 / index : index;
+        const FresnelSplit split = fresnel(incidence.cos_incident, lobes.relative_index);
+        lobes.first = split.reflectance;
+        lobes.cos_transmitted = split.cos_transmitted;
+    }
+    lobes.second = (1 - lobes.first) * tint;
+    return lobes;
+}
+
 /// Chooses glass or not by `chance` in [0, 1), which is then stretched to [0, 1) again for the next choice.
-Lobes choose_lobes(const MaterialTable& materials, const Material& material, const Incidence& incidence, double& chance);
+inline Lobes choose_lobes(const MaterialTable& materials, const Material& material, const Incidence& incidence, double& chance) {
+    const double glass = static_cast<double>(material.dielectric);
+    if (chance < glass) {
+        chance /= glass;
+        return glass_lobes(materials, material, incidence);
+    }
+    if (glass > 0) chance = (chance - glass) / (1 - glass);
+    const auto uv = [&] { return incidence.uv; };
+    Lobes lobes;
+    lobes.first = materials.albedo(material.diffuse, incidence.bin, uv);
+    lobes.second = materials.albedo(material.mirror, incidence.bin, uv);
+    return lobes;
+}
 
 /// Direction after the lobe, unit. u, v in (0, 1) are used by lambert only.
-Vec3d scattered_direction(const Lobes& lobes, Lobes::Kind kind, const Incidence& incidence, double u, double v);
+inline Vec3d scattered_direction(const Lobes& lobes, Lobes::Kind kind, const Incidence& in, double u, double v) {
+    switch (kind) {
+        case Lobes::Kind::lambert: return frame_about(in.normal).to_world(sample_cosine_hemisphere(u, v));
+        case Lobes::Kind::mirror: return normalize(in.direction + in.normal * (2 * in.cos_incident));
+        case Lobes::Kind::straight: return in.direction;
+        case Lobes::Kind::refracted: {
+            const double eta = 1 / lobes.relative_index;
+            return normalize(in.direction * eta + in.normal * (eta * in.cos_incident - lobes.cos_transmitted));
+        }
+    }
+    return in.direction;
+}
 
 }  // namespace lumenfarm

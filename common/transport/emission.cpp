@@ -75,6 +75,14 @@ void fill_wavelengths(const Spectrum& spectrum, LightEmission& light) {
     }
 }
 
+void fill_guide(LightEmission& light) {
+    std::uint16_t bin = 0;
+    for (std::uint32_t g = 0; g < wavelength_guide_size; ++g) {
+        while (bin + 1u < wavelength_bins && light.cumulative[bin + 1u] <= static_cast<double>(g) / wavelength_guide_size) ++bin;
+        light.wavelength_guide.push_back(bin);
+    }
+}
+
 void fill_triangles(const Scene& scene, const Light& light, LightEmission& emission) {
     if (light.kind != LightKind::surface) return;
     const Surface& surface = scene.surfaces[light.surface];
@@ -101,6 +109,7 @@ Result<Emission> make_emission(const Scene& scene) {
             return bad_input("the light '" + light.name + "' has a flux of " + std::to_string(e.flux_lm) +
                              " lm; it must be positive and visible");
         fill_wavelengths(spectrum, e);
+        fill_guide(e);
         fill_triangles(scene, light, e);
         emission.flux_w += e.flux_w;
         emission.flux_lm += e.flux_lm;

@@ -12,6 +12,8 @@
 /// of (scene, job spec) that master, worker and readers of a solution compute alike.
 namespace lumenfarm {
 
+inline constexpr std::uint32_t wavelength_guide_size = 4'096;
+
 /// One light's wavelengths and energies. A particle draws its wavelength bin from the light's spectrum times a
 /// visibility weight w, and carries ticks ~ 1 / w so that the expected spectrum is the light's.
 struct LightEmission {
@@ -19,6 +21,8 @@ struct LightEmission {
     double flux_lm = 0;  ///< luminous flux
     double share = 0;    ///< of all particles; flux_w over the sum of fluxes
     std::vector<double> cumulative;         ///< wavelength_bins + 1 values from 0 to 1: the bin's distribution
+    /// Lowest bin that a chance in [g, g + 1) / wavelength_guide_size can draw: where a search of `cumulative` starts.
+    std::vector<std::uint16_t> wavelength_guide;
     std::vector<std::uint32_t> energy;      ///< ticks of a particle of each bin, at most limits::energy_ticks_max
     double mean_energy_ticks = 0;           ///< expectation over the bins
     std::vector<double> triangle_cumulative;  ///< surface lights: by area, one more than triangles

@@ -1,11 +1,14 @@
 #pragma once
 
+#include "common/math/philox.h"
 #include "common/scene/job_spec.h"
 #include "common/transport/bsdf.h"
 #include "common/transport/launch.h"
 #include "common/transport/ray_query.h"
 #include "common/transport/tracer.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 /// One step of a particle's life: where it is met, what is recorded, how it goes on.
@@ -50,5 +53,144 @@ private:
     const JobSpec* spec_;
     std::uint32_t light_;
 };
+
+/// Dimension block of the draws at a bounce (counter word 3).
+inline constexpr std::uint32_t scatter_block = 0;
+inline constexpr std::uint32_t roulette_block = 1;
+
+inline std::uint16_t packed_weight(double b) {
+    const double scaled = b * 65536;
+    return static_cast<std::uint16_t>(scaled < 65535 ? (scaled > 0 ? scaled : 0) : 65535);
+}
+
+/// Distance of a point from the nearest edge of its triangle is at least its least weight times the least height; the
+/// least height is twice the area over the longest edge.
+inline bool lies_near_edge(const TriangleRecord& triangle, double b1, double b2, double near_m) {
+    const auto& c = triangle.corners;
+    const Vec3f e0 = c[1] - c[0];
+    const Vec3f e1 = c[2] - c[1];
+    const Vec3f e2 = c[0] - c[2];
+    const double longest2 = static_cast<double>(std::max({dot(e0, e0), dot(e1, e1), dot(e2, e2)}));
+    const Vec3f area = cross(e0, e1);
+    const double least = std::min({b1, b2, 1 - b1 - b2});
+    return least <= 0 || least * least * static_cast<double>(dot(area, area)) < near_m * near_m * longest2;
+}
+
+inline Flight PathRules::start(const Launcher& launcher, std::uint32_t particle, EnergyBalance& balance) const {
+    const LaunchedParticle launched = launcher.launch(particle);
+    ++balance.particles;
+    balance.emitted += launched.energy;
+    balance.emitted_by_batch[batch_of(particle)] += launched.energy;
+    Flight flight;
+    flight.ray = {launched.origin, launched.direction, launched.from_triangle, true};
+    flight.particle = particle;
+    flight.wavelength = launched.wavelength;
+    flight.energy = flight.start_energy = launched.energy;
+    return flight;
+}
+
+inline bool PathRules::advance(Flight& flight, const RayAnswer& met, TracedHits& hits) const {
+    EnergyBalance& balance = hits.balance;
+    if (met.triangle == none) {
+        balance.escaped += flight.energy;
+        return false;
+    }
+    const TriangleRecord& triangle = query_->triangles()[met.triangle];
+    const EdgeVolumes e = edge_volumes(triangle, flight.ray.origin, flight.ray.direction);
+    const double scale = 1 / (e.e0 + e.e1 + e.e2);
+    const double b1 = e.e1 * scale;
+    const double b2 = e.e2 * scale;
+
+    // record the hit
+    const double approach = dot(triangle.normal, flight.ray.direction);
+    const bool back = approach > 0;
+    const OctahedralDirection direction = encode_direction(flight.ray.direction);
+    hits.records.push_back({met.triangle, packed_weight(b1), packed_weight(b2), direction.u, direction.v,
+                            static_cast<std::uint16_t>(flight.wavelength),
+                            hit_flags(flight.bounce, batch_of(flight.particle), back)});
+    ++balance.hits;
+    if (spec_->absorption == Absorption::attenuate) hits.energies.push_back(flight.energy);
+
+    // choose how it goes on
+    const auto draws = philox(spec_->seed, {flight.particle, light_, flight.bounce, scatter_block});
+    const Material& material = materials_->material(scene_->surfaces[triangle.surface].material);
+    Incidence incidence{flight.ray.direction, back ? -triangle.normal : triangle.normal, std::abs(approach), back,
+                        flight.wavelength, {}};
+    if (!scene_->uvs.empty()) incidence.uv = uv_at(met.triangle, b1, b2);
+    double chance = uniform(draws[0]);
+    const Lobes lobes = choose_lobes(*materials_, material, incidence, chance);
+    Lobes::Kind kind{};
+    if (!survive(flight, lobes, chance, draws[3], balance, kind)) return false;
+    if (++flight.bounce == limits::bounces_max) {
+        balance.cut_off += flight.energy;
+        ++balance.bounce_limited;
+        return false;
+    }
+    flight.ray.origin = point_on(triangle, b1, b2);
+    flight.ray.direction = scattered_direction(lobes, kind, incidence, uniform(draws[1]), uniform(draws[2]));
+    flight.ray.from_triangle = met.triangle;
+    flight.ray.near_edge = lies_near_edge(triangle, b1, b2, query_->near_edge_m());
+    return true;
+}
+
+inline bool PathRules::survive(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits, EnergyBalance& balance,
+                        Lobes::Kind& kind) const {
+    return spec_->absorption == Absorption::analog ? survive_analog(flight, lobes, chance, balance, kind)
+                                                   : survive_attenuated(flight, lobes, chance, bits, balance, kind);
+}
+
+inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
+                               Lobes::Kind& kind) const {
+    // survive with probability albedo, energy unchanged [Arvo and Kirk 1990]
+    if (chance < lobes.first) {
+        kind = lobes.first_kind;
+        return true;
+    }
+    if (chance < lobes.first + lobes.second) {
+        kind = lobes.second_kind;
+        return true;
+    }
+    balance.absorbed += flight.energy;
+    return false;
+}
+
+inline bool PathRules::survive_attenuated(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
+                                   EnergyBalance& balance, Lobes::Kind& kind) const {
+    // energy shrinks by the albedo, rounded up or down by chance so that its expectation is exact
+    const double rounding = uniform(bits);
+    const double left = flight.energy * std::min(lobes.albedo(), 1.0) + rounding;
+    const auto energy = std::min(static_cast<std::uint32_t>(left), flight.energy);
+    balance.absorbed += flight.energy - energy;
+    flight.energy = energy;
+    if (energy == 0) return false;
+    kind = chance * lobes.albedo() < lobes.first ? lobes.first_kind : lobes.second_kind;
+    return pass_cutoff(flight, balance);
+}
+
+inline bool PathRules::pass_cutoff(Flight& flight, EnergyBalance& balance) const {
+    const auto threshold = static_cast<std::uint32_t>(std::ceil(spec_->cutoff * flight.start_energy));
+    if (flight.energy >= threshold) return true;
+    const auto passes = [&] {
+        const auto draws = philox(spec_->seed, {flight.particle, light_, flight.bounce, roulette_block});
+        return uniform(draws[0]) * threshold < flight.energy;
+    };
+    if (spec_->cutoff_rule == CutoffRule::roulette && passes()) {
+        // the survivor carries the energy of those that end; both are booked as cut off, in expectation zero
+        balance.cut_off -= static_cast<std::int64_t>(threshold) - flight.energy;
+        flight.energy = threshold;
+        return true;
+    }
+    balance.cut_off += flight.energy;
+    return false;
+}
+
+inline Vec2f PathRules::uv_at(std::uint32_t triangle, double b1, double b2) const {
+    const Triangle& corners = scene_->triangles[triangle];
+    const auto mix = [&](auto&& of) {
+        return static_cast<float>((1 - b1 - b2) * static_cast<double>(of(corners[0])) +
+                                  b1 * static_cast<double>(of(corners[1])) + b2 * static_cast<double>(of(corners[2])));
+    };
+    return {mix([&](std::uint32_t v) { return scene_->uvs[v].x; }), mix([&](std::uint32_t v) { return scene_->uvs[v].y; })};
+}
 
 }  // namespace lumenfarm
