@@ -49,7 +49,6 @@ Effects MasterCore::on_disconnect(SessionId session, double now_s) {
 }
 
 Effects MasterCore::tick(double now_s) {
-    keep_alive(now_s);
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
         count(Discard::lease_expired, [&] {

@@ -15,7 +15,8 @@
 #include <vector>
 
 /// The master without sockets, clocks, threads and disks (law 7): events go in, effects come out. Times are seconds of
-/// one steady clock of the caller's.
+/// one steady clock of the caller's. The connection answers heartbeats and closes when a peer is silent; the core takes
+/// heartbeats as signs of life that extend leases.
 namespace lumenfarm {
 
 struct MasterPolicy {
@@ -28,13 +29,11 @@ struct MasterPolicy {
 
 /// Why something was thrown away or somebody sent off. Counted.
 enum class Discard : std::uint8_t {
-    hello_late,
     unsupported_protocol,
     fingerprint_differs,
     no_threads,
     farm_full,
     replaced,
-    silent,
     protocol_error,
     lied,
     result_stale,
@@ -93,7 +92,6 @@ private:
     void welcome_worker(Session& session, double now_s);
     void send_off(SessionId session, wire::GoodbyeReason reason, Discard count, std::string sentence, double now_s);
     void forget(SessionId session, double now_s);
-    void keep_alive(double now_s);
     void extend_leases(const Session& session, double now_s);
     void dispatch(Session& session, wire::Message& message, std::uint64_t request_id, double now_s);
 

@@ -75,25 +75,6 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
     send(session.id, wire::Welcome(session.id));
 }
 
-void MasterCore::keep_alive(double now_s) {
-    std::vector<SessionId> silent, late;
-    for (auto& [id, session] : sessions_) {
-        const bool greeting = std::holds_alternative<Greeting>(session.role);
-        if (greeting && now_s >= session.connected_s + limits::hello_seconds) {
-            late.push_back(id);
-        } else if (now_s >= session.heard_s + limits::dead_seconds) {
-            silent.push_back(id);
-        } else if (!greeting && now_s >= session.next_heartbeat_s) {
-            session.next_heartbeat_s = now_s + limits::heartbeat_seconds;
-            send(id, wire::Heartbeat(++session.heartbeats));
-        }
-    }
-    for (const SessionId id : late)
-        send_off(id, wire::GoodbyeReason::protocol_error, Discard::hello_late, "no Hello came in time", now_s);
-    for (const SessionId id : silent)
-        send_off(id, wire::GoodbyeReason::protocol_error, Discard::silent, "nothing was heard for too long", now_s);
-}
-
 void MasterCore::dispatch(Session& session, wire::Message& message, std::uint64_t request_id, double now_s) {
     const auto unexpected = [&] {
         send_off(session.id, wire::GoodbyeReason::protocol_error, Discard::protocol_error,
@@ -109,10 +90,7 @@ void MasterCore::dispatch(Session& session, wire::Message& message, std::uint64_
                 std::holds_alternative<Greeting>(session.role) ? greet(session, std::move(m), now_s) : unexpected();
             } else if (std::holds_alternative<Greeting>(session.role)) {
                 unexpected();
-            } else if constexpr (std::is_same_v<M, wire::Heartbeat>) {
-                extend_leases(session, now_s);
-                send(session.id, wire::HeartbeatReply(m.sequence));
-            } else if constexpr (std::is_same_v<M, wire::HeartbeatReply>) {
+            } else if constexpr (std::is_same_v<M, wire::Heartbeat> || std::is_same_v<M, wire::HeartbeatReply>) {
                 extend_leases(session, now_s);
             } else if constexpr (std::is_same_v<M, wire::ManifestRequest>) {
                 effects_.push_back(ServeManifest{session.id, request_id, m.file});

@@ -36,8 +36,6 @@ struct Session {
     std::string address;
     double connected_s = 0;
     double heard_s = 0;
-    double next_heartbeat_s = 0;
-    std::uint64_t heartbeats = 0;
     wire::Hello hello;
     std::variant<Greeting, Submitter, Worker> role;
 

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "common/solution/solution.h"
+#include "proto/messages.h"
+#include "worker/job_context.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+/// A closed result on its way to the master.
+namespace lumenfarm {
+
+struct Parcel {
+    JobId job = 0;
+    std::uint32_t hits_per_message = 0;
+    std::vector<wire::Claim> claims;
+    EnergyBalance balance;
+    double trace_s = 0;
+    double cpu_s = 0;
+
+    std::uint32_t light = 0;  ///< packing records: of all the hits
+    std::vector<HitRecord> records;
+    std::vector<std::uint32_t> energies;
+
+    std::vector<wire::TexelDelta> texels;  ///< packing maps
+    std::vector<wire::SurfaceDelta> surfaces;
+    std::vector<KeptHit> kept;
+};
+
+/// The messages of a parcel, one at a time, so that no more of them are in memory than the connection takes.
+class ParcelReader {
+public:
+    /// `number`: the result's number on the wire.
+    ParcelReader(const Parcel& parcel, std::uint64_t number);
+
+    /// The next part, or the ResultDone as the last; nothing after it.
+    std::optional<wire::Message> next();
+    bool finished() const { return finished_; }
+    void rewind();
+
+private:
+    wire::Message next_hits(const wire::PartId& part);
+    wire::Message next_map(const wire::PartId& part);
+    wire::Message next_kept(const wire::PartId& part);
+
+    const Parcel* parcel_;
+    std::uint64_t number_;
+    std::size_t hits_in_a_part_;
+    std::size_t records_ = 0, texels_ = 0, surfaces_ = 0, kept_ = 0;  ///< sent so far
+    std::uint32_t parts_ = 0;
+    bool finished_ = false;
+};
+
+}  // namespace lumenfarm

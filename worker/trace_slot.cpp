@@ -1,0 +1,127 @@
+#include "worker/trace_slot.h"
+
+#include "common/support/ensure.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace lumenfarm {
+
+void TraceSlot::begin(SetWork work) {
+    ensure(!set_ && work.range.count > 0, "a slot has one set at a time");
+    ensure(!open_job_ || open_job_->job == work.job->job, "a result is of one job");
+    left_ = work.range;
+    set_ = std::move(work);
+}
+
+std::optional<SlotReport> TraceSlot::advance(SlotAsk ask) {
+    if (ask == SlotAsk::abandon) {
+        if (open_job_ && sums_) sums_->clear();
+        set_.reset();
+        open_job_.reset();
+        open_ = {};
+        return SlotReport{};
+    }
+    if (ask == SlotAsk::close) return report(true, false);
+    ensure(set_.has_value(), "a slot traces the set that it was given");
+    trace_slice();
+    const bool finished = left_.count == 0;
+    const bool records = set_->job->spec.packing == Packing::records;
+    if (finished) set_.reset();
+    if (!finished && !full()) return std::nullopt;
+    return report(full() || (finished && records), finished);
+}
+
+SlotReport TraceSlot::report(bool close_it, bool finished) {
+    SlotReport report;
+    if (close_it && open_job_) report.result = close();
+    report.set_finished = finished;
+    report.set_left = set_.has_value();
+    report.open = open_job_ != nullptr;
+    return report;
+}
+
+void TraceSlot::trace_slice() {
+    const JobContext& job = *set_->job;
+    const ParticleRange slice{left_.light, left_.first, std::min(left_.count, limits::slice_particles)};
+    left_.first += slice.count;
+    left_.count -= slice.count;
+    open_job_ = set_->job;
+    const double wall_s = clocks_.wall_s(), cpu_s = clocks_.cpu_s();
+    hits_.clear();
+    job.scene->tracer->trace(job.spec, slice, hits_);
+    open_.trace_s += clocks_.wall_s() - wall_s;
+    open_.cpu_s += clocks_.cpu_s() - cpu_s;
+    open_.balance += hits_.balance;
+    claim(slice);
+    if (job.spec.packing == Packing::records) return keep_records();
+    keep_sums();
+    if (job.spec.keep_hits > 0) keep_candidates();
+}
+
+void TraceSlot::claim(const ParticleRange& slice) {
+    if (!open_.claims.empty() && open_.claims.back().lease == set_->lease) {
+        open_.claims.back().range.count += slice.count;
+        return;
+    }
+    open_.claims.emplace_back(set_->lease, set_->epoch, slice);
+}
+
+void TraceSlot::keep_records() {
+    open_.light = left_.light;
+    open_.records.insert(open_.records.end(), hits_.records.begin(), hits_.records.end());
+    open_.energies.insert(open_.energies.end(), hits_.energies.begin(), hits_.energies.end());
+}
+
+void TraceSlot::keep_sums() {
+    if (map_job_ != set_->job) {
+        map_job_ = set_->job;
+        sums_.emplace(map_job_->scene->scene, *map_job_->layout);
+    }
+    sums_->add(map_job_->scene->tracer->emission(), left_.light, hits_.records, hits_.energies);
+}
+
+void TraceSlot::keep_candidates() {
+    const auto& energy_of_bin = set_->job->scene->tracer->emission().lights[left_.light].energy;
+    for (std::size_t i = 0; i < hits_.records.size(); ++i) {
+        const HitRecord& record = hits_.records[i];
+        const std::uint32_t energy = hits_.energies.empty() ? energy_of_bin[record.wavelength] : hits_.energies[i];
+        const KeptHit hit{record, left_.light, energy};
+        if (keep_priority(hit) <= set_->keep_threshold) open_.kept.push_back(hit);
+    }
+}
+
+bool TraceSlot::full() const {
+    const std::size_t bytes = open_.records.size() * sizeof(HitRecord) + open_.energies.size() * sizeof(std::uint32_t) +
+                              open_.kept.size() * sizeof(KeptHit);
+    return bytes >= limits::result_close_bytes || open_.balance.hits >= limits::hits_per_map_max / 2 ||
+           open_.claims.size() >= limits::claims_per_result_max;
+}
+
+Parcel TraceSlot::close() {
+    open_.job = open_job_->job;
+    open_.hits_per_message = open_job_->spec.hits_per_message;
+    if (open_job_->spec.packing == Packing::maps) pack_sums();
+    open_job_.reset();
+    return std::exchange(open_, {});
+}
+
+void TraceSlot::pack_sums() {
+    const auto& texels = sums_->texels();
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+        const TexelSums& sums = texels[i];
+        if (sums.hits == 0) continue;
+        open_.texels.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(sums.hits), sums.radiant,
+                                sums.x, sums.y, sums.z, sums.y_squared});
+    }
+    const auto& surfaces = sums_->surfaces();
+    for (std::size_t i = 0; i < surfaces.size(); ++i)
+        for (std::uint32_t side_batch = 0; side_batch < 2 * limits::batches; ++side_batch) {
+            const BatchSums& sums = surfaces[i][side_batch / limits::batches][side_batch % limits::batches];
+            if (sums.hits > 0)
+                open_.surfaces.push_back({static_cast<std::uint32_t>(i), side_batch, sums.radiant, sums.y, sums.hits});
+        }
+    sums_->clear();
+}
+
+}  // namespace lumenfarm

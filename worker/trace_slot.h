@@ -1,0 +1,77 @@
+#pragma once
+
+#include "common/solution/solution.h"
+#include "worker/parcel.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+/// One tracing thread's work, without the thread: sets go in, closed results come out.
+namespace lumenfarm {
+
+/// A leased set.
+struct SetWork {
+    std::shared_ptr<const JobContext> job;
+    std::uint64_t lease = 0;
+    std::uint32_t epoch = 0;
+    ParticleRange range;
+    std::uint64_t keep_threshold = 0;
+};
+
+/// What the core asks of a slot between two slices.
+enum class SlotAsk : std::uint8_t {
+    nothing,
+    close,    ///< hand the open result over
+    abandon,  ///< throw the set and the open result away
+};
+
+/// Why a slot stopped; it then waits for the core's next word.
+struct SlotReport {
+    std::optional<Parcel> result;
+    bool set_finished = false;
+    bool set_left = false;  ///< particles of the set are still to be traced
+    bool open = false;      ///< a result is open and will be closed later (packing maps)
+};
+
+/// Seconds of wall time and of this thread's CPU time, for the statistics of a result.
+struct SlotClocks {
+    std::function<double()> wall_s;
+    std::function<double()> cpu_s;
+};
+
+class TraceSlot {
+public:
+    explicit TraceSlot(SlotClocks clocks) : clocks_(std::move(clocks)) {}
+
+    /// REQUIRES: no set is left, and an open result is of the same job.
+    void begin(SetWork work);
+
+    /// Obeys `ask`, or traces the next slice of limits::slice_particles. Returns a report when the core has to know:
+    /// asked, the set finished, or the result reached its limits. Packing records closes a result at the end of a set
+    /// at the latest; packing maps goes on adding to it until it is asked for. REQUIRES: a set is left, or `ask`.
+    std::optional<SlotReport> advance(SlotAsk ask);
+
+private:
+    void trace_slice();
+    void keep_records();
+    void keep_sums();
+    void keep_candidates();
+    void claim(const ParticleRange& slice);
+    bool full() const;
+    SlotReport report(bool close, bool finished);
+    Parcel close();
+    void pack_sums();
+
+    SlotClocks clocks_;
+    std::optional<SetWork> set_;
+    ParticleRange left_;
+    std::shared_ptr<const JobContext> open_job_;  ///< of the open result; null: none
+    Parcel open_;
+    std::shared_ptr<const JobContext> map_job_;  ///< that sums_ is of
+    std::optional<LightMap> sums_;
+    TracedHits hits_;
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,191 @@
+#include "worker/worker_core.h"
+
+#include "common/support/ensure.h"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+namespace lumenfarm::worker {
+
+namespace {
+
+std::size_t bytes_of(const Parcel& parcel) {
+    return parcel.records.size() * sizeof(HitRecord) + parcel.energies.size() * sizeof(std::uint32_t) +
+           parcel.texels.size() * sizeof(wire::TexelDelta) + parcel.surfaces.size() * sizeof(wire::SurfaceDelta) +
+           parcel.kept.size() * sizeof(KeptHit);
+}
+
+}  // namespace
+
+WorkerCore::WorkerCore(const WorkerIdentity& identity) : identity_(identity), slots_(identity.threads) {
+    ensure(identity.threads > 0, "a worker traces");
+}
+
+Effects WorkerCore::settle_and_take(double now_s) {
+    for (std::size_t i = 0; i < slots_.size(); ++i) feed(i, now_s);
+    send_returns();
+    pull();
+    finish_if_drained(now_s);
+    return std::exchange(effects_, {});
+}
+
+Effects WorkerCore::on_connect(double now_s) {
+    wire::Hello hello(wire::Role::worker, identity_.name, identity_.instance);
+    hello.threads = identity_.threads;
+    hello.memory_bytes = identity_.memory_bytes;
+    hello.isa = identity_.isa;
+    hello.fingerprint = identity_.fingerprint;
+    send(std::move(hello));
+    return settle_and_take(now_s);
+}
+
+Effects WorkerCore::on_message(wire::Message message, double now_s) {
+    std::visit(
+        [&]<class M>(M& m) {
+            if constexpr (std::is_same_v<M, wire::Welcome>) {
+                greet(now_s);
+            } else if constexpr (std::is_same_v<M, wire::JobInfo>) {
+                take_job(m);
+            } else if constexpr (std::is_same_v<M, wire::Lease>) {
+                take_lease(m);
+            } else if constexpr (std::is_same_v<M, wire::ResultAck>) {
+                take_ack(m);
+            } else if constexpr (std::is_same_v<M, wire::JobGone>) {
+                drop_job(m.job);
+            } else if constexpr (std::is_same_v<M, wire::Drain>) {
+                m.job == 0 ? begin_drain(now_s) : drain_job(m.job);
+            } else if constexpr (std::is_same_v<M, wire::Manifest>) {
+                if (fetch_) take_requests(fetch_->on_manifest(m));
+            } else if constexpr (std::is_same_v<M, wire::Chunk>) {
+                if (fetch_) take_requests(fetch_->on_chunk(m));
+            } else if constexpr (std::is_same_v<M, wire::Refusal>) {
+                fail_fetch();
+            }
+        },
+        message);
+    return settle_and_take(now_s);
+}
+
+/// States what is still held, before anything is pulled.
+void WorkerCore::greet(double now_s) {
+    welcome_ = true;
+    wished_ = 0;
+    // after this long the master has given the leases to others
+    if (lost_s_ && now_s - *lost_s_ > limits::reconnect_seconds) queue_.clear();
+    lost_s_.reset();
+    returns_.clear();
+    send(wire::Progress(0, leases_held()));
+    if (!fetch_) return;
+    for (wire::Message& request : fetch_->begin_session()) send(std::move(request));
+}
+
+Effects WorkerCore::on_disconnect(const std::optional<wire::Goodbye>& goodbye, double now_s) {
+    if (welcome_) lost_s_ = now_s;
+    welcome_ = false;
+    for (Outgoing& outgoing : results_) outgoing.reader.rewind();
+    const bool unwanted = goodbye && (goodbye->reason == wire::GoodbyeReason::refused ||
+                                      goodbye->reason == wire::GoodbyeReason::unsupported_protocol);
+    if (unwanted && !finished_) {
+        finished_ = true;
+        effects_.push_back(GiveUp{"the master does not want this worker: " + goodbye->text});
+    }
+    return settle_and_take(now_s);
+}
+
+Effects WorkerCore::tick(double now_s) {
+    interrupt_late(now_s);
+    return settle_and_take(now_s);
+}
+
+Effects WorkerCore::drain(double now_s) {
+    begin_drain(now_s);
+    return settle_and_take(now_s);
+}
+
+void WorkerCore::begin_drain(double now_s) {
+    if (drain_by_s_) return;
+    drain_by_s_ = now_s + limits::drain_seconds;
+    return_queued(0);
+    for (std::size_t i = 0; i < slots_.size(); ++i) stop_slot(i, SlotAsk::close);
+}
+
+void WorkerCore::finish_if_drained(double now_s) {
+    if (!drain_by_s_ || finished_) return;
+    const bool nothing_left = idle() && queue_.empty() && results_.empty() && returns_.empty();
+    if (!nothing_left && welcome_ && now_s < *drain_by_s_) return;
+    finished_ = true;
+    effects_.push_back(Finished{});
+}
+
+void WorkerCore::pull() {
+    if (!welcome_) return;
+    std::size_t held = queue_.size();
+    for (const Slot& slot : slots_) held += slot.lease.has_value();
+    const std::size_t backlog = std::min<std::size_t>(2 * slots_.size(), limits::leases_per_worker_max);
+    std::uint32_t room = held < backlog ? static_cast<std::uint32_t>(backlog - held) : 0;
+    if (drain_by_s_ || !room_for_results()) room = 0;
+    if (room == wished_) return;
+    wished_ = room;
+    send(wire::Pull(room));
+}
+
+bool WorkerCore::claimed(std::uint64_t lease) const {
+    return std::any_of(results_.begin(), results_.end(), [&](const Outgoing& outgoing) {
+        const auto& claims = outgoing.parcel->claims;
+        return std::any_of(claims.begin(), claims.end(),
+                           [&](const wire::Claim& claim) { return claim.lease == lease; });
+    });
+}
+
+/// A lease goes back after the last result of it was answered, so that the result finds it current.
+void WorkerCore::send_returns() {
+    if (!welcome_) return;
+    for (auto& [reason, leases] : returns_) {
+        const auto waiting = std::partition(leases.begin(), leases.end(),
+                                            [&](const wire::LeaseRef& lease) { return claimed(lease.lease); });
+        if (waiting == leases.end()) continue;
+        send(wire::ReturnLeases(reason, {waiting, leases.end()}));
+        leases.erase(waiting, leases.end());
+    }
+    std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
+}
+
+std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
+    std::set<std::uint64_t> leases;
+    for (const wire::Lease& lease : queue_) leases.insert(lease.lease);
+    for (const Slot& slot : slots_) {
+        if (slot.lease) leases.insert(slot.lease->lease);
+        leases.insert(slot.open_leases.begin(), slot.open_leases.end());
+    }
+    for (const Outgoing& outgoing : results_)
+        for (const wire::Claim& claim : outgoing.parcel->claims) leases.insert(claim.lease);
+    std::vector<wire::LeaseProgress> held;
+    for (const std::uint64_t lease : leases)
+        if (held.size() < limits::leases_per_worker_max) held.emplace_back(lease, 0);
+    return held;
+}
+
+std::optional<wire::Message> WorkerCore::next_bulk() {
+    if (!welcome_) return std::nullopt;
+    std::size_t in_flight = 0, bytes = 0;
+    for (Outgoing& outgoing : results_) {
+        if (!outgoing.reader.finished())
+            return in_flight < limits::results_in_flight && bytes < limits::result_bytes_in_flight
+                       ? outgoing.reader.next()
+                       : std::nullopt;
+        ++in_flight;
+        bytes += bytes_of(*outgoing.parcel);
+    }
+    return std::nullopt;
+}
+
+void WorkerCore::take_ack(const wire::ResultAck& ack) {
+    const auto found = std::find_if(results_.begin(), results_.end(),
+                                    [&](const Outgoing& outgoing) { return outgoing.number == ack.result; });
+    if (found == results_.end() || !found->reader.finished()) return;
+    if (ack.verdict == wire::Verdict::accepted) particles_merged_ += found->parcel->balance.particles;
+    results_.erase(found);
+}
+
+}  // namespace lumenfarm::worker

@@ -1,0 +1,131 @@
+#pragma once
+
+#include "worker/effects.h"
+#include "worker/scene_fetch.h"
+
+#include <cstdint>
+#include <deque>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+/// The worker without sockets, clocks, threads and disks (law 7): events go in, effects come out. Times are seconds of
+/// one steady clock of the caller's.
+namespace lumenfarm::worker {
+
+struct WorkerIdentity {
+    std::string name;
+    std::uint64_t instance = 0;  ///< random, of this process
+    std::uint32_t threads = 1;   ///< slots
+    std::uint64_t memory_bytes = 0;
+    std::string isa;
+    std::uint64_t fingerprint = 0;
+};
+
+class WorkerCore {
+public:
+    explicit WorkerCore(const WorkerIdentity& identity);
+
+    /// The connection is there: says Hello.
+    Effects on_connect(double now_s);
+    Effects on_message(wire::Message message, double now_s);
+    /// The connection is lost; tracing goes on. `goodbye`: the master's, if it said one.
+    Effects on_disconnect(const std::optional<wire::Goodbye>& goodbye, double now_s);
+    /// REQUIRES: called at least once a second.
+    Effects tick(double now_s);
+
+    /// The next part of a result, to be asked for while the connection has room.
+    std::optional<wire::Message> next_bulk();
+
+    Effects on_slot(std::size_t slot, SlotReport report, double now_s);
+    /// Null: not in the cache, or damaged there.
+    Effects on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes, double now_s);
+    Effects on_job_prepared(JobId job, Result<std::shared_ptr<const JobContext>> prepared, double now_s);
+
+    /// Pull no more, hand over what is done, return the rest; Finished comes within limits::drain_seconds.
+    Effects drain(double now_s);
+
+    bool welcome() const { return welcome_; }
+    std::uint64_t particles_merged() const { return particles_merged_; }
+    std::size_t results_held() const { return results_.size(); }
+
+private:
+    struct Slot {
+        std::optional<wire::Lease> lease;     ///< of the set, until it is finished
+        JobId job = 0;                        ///< of the set and of the open result
+        std::set<std::uint64_t> open_leases;  ///< that the open result covers
+        bool running = false;                 ///< a report is due
+        bool open = false;                    ///< a result is open
+        bool abandoned = false;               ///< what it holds is to be thrown away
+        double open_since_s = 0;
+    };
+    struct Job {
+        wire::JobInfo info;
+        std::shared_ptr<const JobContext> context;  ///< null while it is made
+        bool missing = false;                       ///< its scene is not in the cache
+        bool failed = false;
+        bool draining = false;
+    };
+    struct Outgoing {
+        std::uint64_t number = 0;
+        std::unique_ptr<Parcel> parcel;
+        ParcelReader reader;
+    };
+
+    // jobs and scenes (worker_jobs.cpp)
+    void take_job(const wire::JobInfo& info);
+    void take_lease(const wire::Lease& lease);
+    void drop_job(JobId job);
+    void drain_job(JobId job);
+    void fail_job(JobId job, wire::ReturnReason reason);
+    void fetch_next();
+    void take_requests(const Result<std::vector<wire::Message>>& requests);
+    void fail_fetch();
+    void prepare_jobs_of(const Digest& scene, const std::shared_ptr<const std::vector<std::byte>>& bytes);
+    bool ready(JobId job) const;
+    bool draining(JobId job) const;
+
+    // sets and slots (worker_slots.cpp)
+    void feed(std::size_t index, double now_s);
+    void start_next(std::size_t index, double now_s);
+    void take_report(Slot& slot, SlotReport& report);
+    void stop_slot(std::size_t index, SlotAsk ask);
+    void interrupt_late(double now_s);
+    void return_queued(JobId only);
+    bool idle() const;
+
+    // results and the session (worker_core.cpp)
+    void greet(double now_s);
+    void take_ack(const wire::ResultAck& ack);
+    void send_returns();
+    void pull();
+    void begin_drain(double now_s);
+    void finish_if_drained(double now_s);
+    bool claimed(std::uint64_t lease) const;
+    std::vector<wire::LeaseProgress> leases_held() const;
+    bool room_for_results() const { return results_.size() < slots_.size() + limits::results_in_flight; }
+    void send(wire::Message message) { effects_.push_back(Send{std::move(message)}); }
+    Effects settle_and_take(double now_s);
+
+    WorkerIdentity identity_;
+    bool welcome_ = false;
+    std::optional<double> lost_s_;  ///< since when there is no connection
+    std::vector<Slot> slots_;
+    std::deque<wire::Lease> queue_;  ///< sets that wait for a slot
+    std::map<JobId, Job> jobs_;
+    std::optional<SceneFetch> fetch_;
+    std::list<Outgoing> results_;  ///< not acknowledged yet, oldest first
+    std::map<wire::ReturnReason, std::vector<wire::LeaseRef>> returns_;
+    std::uint64_t results_made_ = 0;
+    std::uint32_t wished_ = 0;  ///< what the master believes that this worker has room for
+    std::optional<double> drain_by_s_;
+    bool finished_ = false;
+    std::uint64_t particles_merged_ = 0;
+    Effects effects_;
+};
+
+}  // namespace lumenfarm::worker

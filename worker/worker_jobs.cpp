@@ -1,0 +1,128 @@
+#include "worker/worker_core.h"
+
+#include <algorithm>
+#include <utility>
+
+/// The worker's core: jobs, and the scenes that they need.
+namespace lumenfarm::worker {
+
+bool WorkerCore::ready(JobId id) const {
+    const auto job = jobs_.find(id);
+    return job != jobs_.end() && job->second.context && !draining(id);
+}
+
+bool WorkerCore::draining(JobId id) const {
+    const auto job = jobs_.find(id);
+    return drain_by_s_.has_value() || (job != jobs_.end() && job->second.draining);
+}
+
+void WorkerCore::take_job(const wire::JobInfo& info) {
+    const auto known = jobs_.find(info.job);
+    if (known != jobs_.end()) {
+        if (known->second.info == info && !known->second.failed) return;
+        drop_job(info.job);
+    }
+    jobs_[info.job].info = info;
+    effects_.push_back(LoadScene{info.scene});
+}
+
+void WorkerCore::take_lease(const wire::Lease& lease) {
+    if (wished_ > 0) --wished_;
+    const auto job = jobs_.find(lease.job);
+    const bool failed = job != jobs_.end() && job->second.failed;
+    if (!failed && !draining(lease.job)) return queue_.push_back(lease);
+    returns_[failed ? wire::ReturnReason::no_scene : wire::ReturnReason::ending].emplace_back(lease.lease, lease.epoch);
+}
+
+void WorkerCore::drop_job(JobId id) {
+    if (jobs_.erase(id) == 0) return;
+    std::erase_if(queue_, [&](const wire::Lease& lease) { return lease.job == id; });
+    results_.remove_if([&](const Outgoing& outgoing) { return outgoing.parcel->job == id; });
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+        if (slots_[i].job == id) stop_slot(i, SlotAsk::abandon);
+}
+
+/// What is done goes to the master, the rest goes back.
+void WorkerCore::drain_job(JobId id) {
+    const auto job = jobs_.find(id);
+    if (job == jobs_.end()) return;
+    job->second.draining = true;
+    return_queued(id);
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+        if (slots_[i].job == id) stop_slot(i, SlotAsk::close);
+}
+
+/// A job that this worker can't do: its sets go to others.
+void WorkerCore::fail_job(JobId id, wire::ReturnReason reason) {
+    jobs_.at(id).failed = true;
+    std::erase_if(queue_, [&](const wire::Lease& lease) {
+        if (lease.job != id) return false;
+        returns_[reason].emplace_back(lease.lease, lease.epoch);
+        return true;
+    });
+}
+
+Effects WorkerCore::on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes,
+                                    double now_s) {
+    if (bytes) {
+        prepare_jobs_of(scene, bytes);
+    } else {
+        for (auto& [id, job] : jobs_)
+            if (job.info.scene == scene && !job.context) job.missing = true;
+        fetch_next();
+    }
+    return settle_and_take(now_s);
+}
+
+void WorkerCore::fetch_next() {
+    if (fetch_) return;
+    const auto waits = [](const auto& entry) { return entry.second.missing && !entry.second.failed; };
+    const auto next = std::find_if(jobs_.begin(), jobs_.end(), waits);
+    if (next == jobs_.end()) return;
+    fetch_.emplace(next->second.info.scene, next->second.info.scene_bytes);
+    if (!welcome_) return;
+    for (wire::Message& request : fetch_->begin_session()) send(std::move(request));
+}
+
+void WorkerCore::take_requests(const Result<std::vector<wire::Message>>& requests) {
+    if (!requests) return fail_fetch();
+    for (const wire::Message& request : *requests) send(request);
+    const auto bytes = fetch_->complete();
+    if (!bytes) return;
+    const Digest scene = fetch_->scene();
+    fetch_.reset();
+    effects_.push_back(KeepScene{scene, bytes});
+    prepare_jobs_of(scene, bytes);
+    fetch_next();
+}
+
+void WorkerCore::fail_fetch() {
+    if (!fetch_) return;
+    const Digest scene = fetch_->scene();
+    fetch_.reset();
+    for (auto& [id, job] : jobs_)
+        if (job.info.scene == scene && job.missing) fail_job(id, wire::ReturnReason::no_scene);
+    fetch_next();
+}
+
+void WorkerCore::prepare_jobs_of(const Digest& scene, const std::shared_ptr<const std::vector<std::byte>>& bytes) {
+    for (auto& [id, job] : jobs_) {
+        if (job.info.scene != scene || job.context || job.failed) continue;
+        job.missing = false;
+        effects_.push_back(PrepareJob{job.info, bytes});
+    }
+}
+
+Effects WorkerCore::on_job_prepared(JobId id, Result<std::shared_ptr<const JobContext>> prepared, double now_s) {
+    const auto job = jobs_.find(id);
+    if (job != jobs_.end()) {
+        if (prepared) {
+            job->second.context = *prepared;
+        } else {
+            fail_job(id, wire::ReturnReason::tracer_failed);
+        }
+    }
+    return settle_and_take(now_s);
+}
+
+}  // namespace lumenfarm::worker

@@ -1,0 +1,109 @@
+#include "worker/worker_core.h"
+
+#include <algorithm>
+#include <utility>
+
+/// The worker's core: feeding the tracing slots and taking what they report.
+namespace lumenfarm::worker {
+
+Effects WorkerCore::on_slot(std::size_t index, SlotReport report, double now_s) {
+    Slot& slot = slots_[index];
+    slot.running = false;
+    if (slot.abandoned) {
+        slot.abandoned = report.set_left || report.open;
+        if (!slot.abandoned) slot = {};
+    } else {
+        take_report(slot, report);
+    }
+    return settle_and_take(now_s);
+}
+
+void WorkerCore::take_report(Slot& slot, SlotReport& report) {
+    if (report.result && jobs_.contains(slot.job)) {
+        auto parcel = std::make_unique<Parcel>(std::move(*report.result));
+        ParcelReader reader(*parcel, ++results_made_);
+        results_.push_back({results_made_, std::move(parcel), reader});
+    }
+    slot.open = report.open;
+    if (!report.open) slot.open_leases.clear();
+    if (!report.set_left) slot.lease.reset();
+}
+
+/// Says what a slot that waits does next.
+void WorkerCore::feed(std::size_t index, double now_s) {
+    Slot& slot = slots_[index];
+    if (slot.running) return;
+    if (slot.abandoned) return stop_slot(index, SlotAsk::abandon);
+    if (draining(slot.job) && slot.open) return stop_slot(index, SlotAsk::close);
+    if (draining(slot.job) && slot.lease) {
+        returns_[wire::ReturnReason::ending].emplace_back(slot.lease->lease, slot.lease->epoch);
+        return stop_slot(index, SlotAsk::abandon);
+    }
+    if (!room_for_results()) return;
+    if (!slot.lease) return start_next(index, now_s);
+    if (!slot.open) slot.open_since_s = now_s;
+    slot.open_leases.insert(slot.lease->lease);
+    slot.open = slot.running = true;
+    effects_.push_back(ContinueSlot{index});
+}
+
+void WorkerCore::start_next(std::size_t index, double now_s) {
+    Slot& slot = slots_[index];
+    const auto next =
+        std::find_if(queue_.begin(), queue_.end(), [&](const wire::Lease& lease) { return ready(lease.job); });
+    if (slot.open) {
+        const auto job = jobs_.find(slot.job);
+        const bool late = job == jobs_.end() || now_s - slot.open_since_s >= job->second.info.flush_seconds;
+        if (late || next == queue_.end() || next->job != slot.job) return stop_slot(index, SlotAsk::close);
+    }
+    if (next == queue_.end()) return;
+    if (!slot.open) slot.open_since_s = now_s;
+    slot.lease = *next;
+    slot.job = next->job;
+    slot.open_leases.insert(next->lease);
+    slot.open = slot.running = true;
+    effects_.push_back(StartSlot{
+        index, SetWork{jobs_.at(next->job).context, next->lease, next->epoch, next->range, next->keep_threshold}});
+    queue_.erase(next);
+}
+
+void WorkerCore::stop_slot(std::size_t index, SlotAsk ask) {
+    Slot& slot = slots_[index];
+    if (ask == SlotAsk::abandon) slot.abandoned = true;
+    if (slot.running) {
+        effects_.push_back(InterruptSlot{index, ask});
+    } else if (slot.open || slot.lease) {
+        slot.running = true;
+        effects_.push_back(TellSlot{index, ask});
+    } else {
+        slot.abandoned = false;
+    }
+}
+
+/// A result is closed in the middle of a long set, so that no particle waits for long.
+void WorkerCore::interrupt_late(double now_s) {
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+        Slot& slot = slots_[i];
+        const auto job = jobs_.find(slot.job);
+        if (!slot.running || !slot.open || slot.abandoned || job == jobs_.end()) continue;
+        if (now_s - slot.open_since_s < job->second.info.flush_seconds) continue;
+        slot.open_since_s = now_s;
+        effects_.push_back(InterruptSlot{i, SlotAsk::close});
+    }
+}
+
+/// Gives back the sets that wait for a slot: of one job, or of all (0).
+void WorkerCore::return_queued(JobId only) {
+    std::erase_if(queue_, [&](const wire::Lease& lease) {
+        if (only != 0 && lease.job != only) return false;
+        returns_[wire::ReturnReason::ending].emplace_back(lease.lease, lease.epoch);
+        return true;
+    });
+}
+
+bool WorkerCore::idle() const {
+    return std::none_of(slots_.begin(), slots_.end(),
+                        [](const Slot& slot) { return slot.running || slot.open || slot.lease; });
+}
+
+}  // namespace lumenfarm::worker
