@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <thread>
+#include <utility>
 
 namespace lumenfarm {
 namespace {
@@ -15,17 +17,26 @@ namespace {
 using octree_detail::Budget;
 using octree_detail::Builder;
 using octree_detail::Cube;
+using octree_detail::Part;
 using octree_detail::Seed;
 using octree_detail::SplitRule;
 
 constexpr std::uint64_t nodes_per_triangle = 16;  ///< of the automatic node limit
 constexpr std::uint64_t references_per_triangle = 32;
-constexpr std::uint64_t at_least = 4'096;  ///< nodes and references of small scenes
-constexpr std::uint32_t seed_depth = 3;    ///< up to 512 parts are grown by themselves
+constexpr std::uint64_t at_least = 4'096;    ///< nodes and references of small scenes
+constexpr std::uint32_t seeds_wanted = 256;  ///< a cell with fewer than 1 / 256 of the triangles is grown by itself
+constexpr std::uint32_t seed_count_min = 1'024;
 constexpr std::uint32_t float_digits = 24;
+/// What a mesh usually takes, for each triangle; more is allocated when it is needed.
+constexpr std::uint64_t usual_nodes = 6, usual_items = 10;
+
+constexpr Vec3d low_offset{19.0 / 64, 27.0 / 64, 37.0 / 64};
+constexpr int low_offset_digits = 6;
 
 /// The root cube on the grid of a power of two, so that the bounds and centres of all cells are exact floats when they
-/// are measured in `unit_m`: the side is 10 to 18 units, the low corner a whole number of them.
+/// are measured in `unit_m`. Walls and floors like round numbers and middles; were they also bounds of cells, each of
+/// their triangles would stand in the cells of both sides. So the side is an odd number of units (11 to 19), the low
+/// corner lies off the whole numbers, and round planes are bounds of cells only by chance.
 struct Lattice {
     double unit_m = 1;
     Vec3d low;  ///< [units]
@@ -38,29 +49,30 @@ Lattice make_lattice(const Box& box) {
     const Vec3d extent = box.high - box.low;
     const double largest = std::max({extent.x, extent.y, extent.z});
     lattice.unit_m = std::exp2(std::ilogb(std::max(largest, 1e-30)) - 3);
-    lattice.side = std::ceil(largest / lattice.unit_m) + 2;
+    const double side = std::ceil(largest / lattice.unit_m) + 2;
+    lattice.side = std::fmod(side, 2) == 1 ? side : side + 1;
     double reach = lattice.side;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double middle = 0.5 * (box.low[axis] + box.high[axis]) / lattice.unit_m;
-        lattice.low[axis] = std::floor(middle - 0.5 * lattice.side + 0.5);
+        lattice.low[axis] = std::floor(middle - 0.5 * lattice.side) + low_offset[axis];
         reach = std::max({reach, std::abs(lattice.low[axis]), std::abs(lattice.low[axis] + lattice.side)});
     }
-    // a centre at depth d is a multiple of 2^-(d+1) units and at most `reach`; octants' centres one digit more
-    const int digits = static_cast<int>(float_digits) - 3 - std::ilogb(reach);
-    lattice.depth_max = static_cast<std::uint32_t>(std::max(digits, 0));
+    // a centre at depth d is at most `reach` and a multiple of 2^-(d+1) units, of 2^-6 near the root
+    const int digits = static_cast<int>(float_digits) - 1 - std::ilogb(reach);
+    lattice.depth_max = static_cast<std::uint32_t>(digits < low_offset_digits ? 0 : digits - 1);
     return lattice;
 }
 
-std::vector<float> gather_corners(const Scene& scene, double unit_m) {
+std::unique_ptr<float[]> gather_corners(const Scene& scene, double unit_m) {
     const auto scale = static_cast<float>(1 / unit_m);
-    std::vector<float> corners;
-    corners.reserve(9 * scene.triangles.size() + 1);
+    auto corners = std::make_unique_for_overwrite<float[]>(9 * scene.triangles.size() + 1);
+    float* next = corners.get();
     for (const Triangle& triangle : scene.triangles)
         for (const std::uint32_t vertex : triangle) {
             const Vec3f p = scene.positions[vertex] * scale;
-            corners.insert(corners.end(), {p.x, p.y, p.z});
+            *next++ = p.x, *next++ = p.y, *next++ = p.z;
         }
-    corners.push_back(0);
+    *next = 0;
     return corners;
 }
 
@@ -81,34 +93,60 @@ Seed root_seed(const Lattice& lattice, std::size_t triangles, Budget budget) {
     return seed;
 }
 
-/// Grows each seed by itself, on several threads; what comes out does not depend on who grew which.
-std::vector<Builder> grow_parts(std::span<const float> corners, SplitRule rule, std::vector<Seed>& seeds,
-                                std::uint32_t threads) {
-    std::vector<Builder> parts(seeds.size(), Builder(corners, rule));
-    std::atomic<std::size_t> next = 0;
-    const auto work = [&] {
-        for (std::size_t i = next++; i < seeds.size(); i = next++) parts[i].grow(std::move(seeds[i]));
-    };
-    {
-        std::vector<std::jthread> helpers;
-        for (std::uint32_t i = 1; i < threads; ++i) helpers.emplace_back(work);
-        work();
-    }
-    return parts;
+/// Of `usual` for each triangle: room that costs nothing until it is used.
+void reserve(Builder& builder, std::uint64_t triangles) {
+    builder.nodes().reserve(std::min(usual_nodes * triangles, limits::octree_nodes_max));
+    builder.items().reserve(std::min(usual_items * triangles, limits::octree_references_max));
 }
 
 /// Appends a part whose root stands at `node` of the whole.
-void append_part(std::vector<OctreeNode>& nodes, std::vector<std::uint32_t>& items, std::uint32_t node, Builder& part) {
-    const auto node_shift = static_cast<std::uint32_t>(nodes.size() - 1);  // the part's root is not repeated
-    const auto item_shift = static_cast<std::uint32_t>(items.size());
+void append_part(Builder& whole, std::uint32_t node, Builder& grower, const Part& part) {
+    const std::size_t node_shift = whole.nodes().size() - part.node_begin;
+    const std::size_t item_shift = whole.items().size() - part.item_begin;
     const auto moved = [&](OctreeNode n) {
-        return OctreeNode{n.first + (n.is_leaf() ? item_shift : node_shift), n.count};
+        return OctreeNode{static_cast<std::uint32_t>(n.first + (n.is_leaf() ? item_shift : node_shift)), n.count};
     };
-    nodes[node] = moved(part.nodes()[0]);
-    for (std::size_t i = 1; i < part.nodes().size(); ++i) nodes.push_back(moved(part.nodes()[i]));
-    items.insert(items.end(), part.items().begin(), part.items().end());
-    part.nodes() = {};
-    part.items() = {};
+    whole.nodes()[node] = moved(part.root);
+    for (std::size_t i = part.node_begin; i < part.node_end; ++i) whole.nodes().push_back(moved(grower.nodes()[i]));
+    const auto items = grower.items().begin();
+    whole.items().insert(whole.items().end(), items + static_cast<std::ptrdiff_t>(part.item_begin),
+                         items + static_cast<std::ptrdiff_t>(part.item_end));
+}
+
+/// Grows the seeds in `whole` itself, one after the other.
+void grow_seeds(Builder& whole, std::vector<Seed> seeds) {
+    for (Seed& seed : seeds) {
+        const std::uint32_t node = seed.node;
+        const Part part = whole.grow(std::move(seed));
+        whole.nodes()[node] = part.root;
+    }
+}
+
+/// Grows the seeds on several threads, each in a builder of its own, and puts the parts together in the order of the
+/// seeds: the same as grow_seeds, whoever grew which.
+void grow_seeds(Builder& whole, std::vector<Seed> seeds, const Builder& empty, std::uint32_t threads,
+                std::uint64_t triangles) {
+    struct Grown {
+        std::uint32_t node = 0;
+        std::uint32_t thread = 0;
+        Part part;
+    };
+    std::vector<Grown> grown(seeds.size());
+    std::vector<Builder> growers(threads, empty);
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&](std::uint32_t thread) {
+        reserve(growers[thread], triangles / threads);
+        for (std::size_t i = next++; i < seeds.size(); i = next++) {
+            grown[i] = {seeds[i].node, thread, {}};
+            grown[i].part = growers[thread].grow(std::move(seeds[i]));
+        }
+    };
+    {
+        std::vector<std::jthread> helpers;
+        for (std::uint32_t thread = 1; thread < threads; ++thread) helpers.emplace_back(work, thread);
+        work(0);
+    }
+    for (const Grown& g : grown) append_part(whole, g.node, growers[g.thread], g.part);
 }
 
 }  // namespace
@@ -123,23 +161,23 @@ Octree Octree::make(const Scene& scene, const OctreeOptions& options) {
     octree.low_m_ = lattice.low * lattice.unit_m;
     octree.side_m_ = lattice.side * lattice.unit_m;
 
-    const std::vector<float> corners = gather_corners(scene, lattice.unit_m);
-    SplitRule rule{options.leaf_objects, std::min(options.depth_max, lattice.depth_max), seed_depth};
-    Builder top(corners, rule);
-    top.grow(root_seed(lattice, scene.triangles.size(), root_budget(scene.triangles.size(), options.nodes_max)));
-    rule.stop_depth = none;
-    std::vector<Seed>& seeds = top.seeds();
-    std::vector<std::uint32_t> places;
-    for (const Seed& seed : seeds) places.push_back(seed.node);
-    std::vector<Builder> parts = grow_parts(corners, rule, seeds, options.threads);
-
-    std::size_t node_count = top.nodes().size(), item_count = top.items().size();
-    for (Builder& part : parts) node_count += part.nodes().size() - 1, item_count += part.items().size();
-    octree.nodes_ = std::move(top.nodes());
-    octree.items_ = std::move(top.items());
-    octree.nodes_.reserve(node_count);
-    octree.items_.reserve(item_count);
-    for (std::size_t i = 0; i < parts.size(); ++i) append_part(octree.nodes_, octree.items_, places[i], parts[i]);
+    const std::uint64_t triangles = scene.triangles.size();
+    const std::unique_ptr<float[]> corners = gather_corners(scene, lattice.unit_m);
+    const SplitRule rule{options.leaf_objects, std::min(options.depth_max, lattice.depth_max), 0};
+    const Builder empty(corners.get(), rule);
+    Builder whole = empty;
+    reserve(whole, triangles);
+    whole.nodes().resize(1);
+    whole.set_seed_count(static_cast<std::uint32_t>(std::max<std::uint64_t>(seed_count_min, triangles / seeds_wanted)));
+    whole.nodes()[0] = whole.grow(root_seed(lattice, triangles, root_budget(triangles, options.nodes_max))).root;
+    whole.set_seed_count(0);
+    std::vector<Seed> seeds = std::exchange(whole.seeds(), {});
+    if (options.threads > 1)
+        grow_seeds(whole, std::move(seeds), empty, options.threads, triangles);
+    else
+        grow_seeds(whole, std::move(seeds));
+    octree.nodes_ = std::move(whole.nodes());
+    octree.items_ = std::move(whole.items());
     return octree;
 }
 

@@ -49,7 +49,7 @@ public:
     /// - it is at the depth limit, or its share of the limits on nodes and references is used up (references:
     ///   at most 32 a triangle and 4,096 more);
     /// - all its triangles meet in a corner that lies in the cell: no split parts them;
-    /// - it has at most 4 leaf_objects of them and two or more of its children would hold them all.
+    /// - it has at most 4 leaf_objects of them and at least two children would hold them all, the others none.
     /// Every triangle is in each leaf that it overlaps and in none that its bounding box does not touch.
     /// REQUIRES: validate(scene) succeeds; leaf_objects > 0; depth_max <= limits::octree_depth_max;
     /// nodes_max <= limits::octree_nodes_max.

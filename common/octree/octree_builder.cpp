@@ -7,7 +7,8 @@
 namespace lumenfarm::octree_detail {
 namespace {
 
-/// A cell with up to so many times leaf_objects triangles stays whole when two of its children would hold them all.
+/// A cell with up to so many times leaf_objects triangles stays whole when each child that is not empty would hold them
+/// all.
 constexpr std::uint32_t crowd_factor = 4;
 
 /// For each set of octants eight counters of a byte, one for each octant of the set.
@@ -37,34 +38,45 @@ bool lies_in(const float* point, const Cube& cube) {
 
 }  // namespace
 
-void Builder::grow(Seed seed) {
-    stack_ = std::move(seed.triangles);
-    top_ = stack_.size();
-    nodes_.assign(1, OctreeNode{});
-    grow_cell(0, seed.cube, seed.depth, {0, static_cast<std::uint32_t>(stack_.size())}, seed.budget);
-    stack_ = {};
-    masks_ = {};
+Part Builder::grow(Seed seed) {
+    if (stack_.size() < seed.triangles.size()) stack_.resize(seed.triangles.size());
+    std::copy(seed.triangles.begin(), seed.triangles.end(), stack_.begin());
+    top_ = seed.triangles.size();
+    Part part;
+    part.node_begin = nodes_.size();
+    part.item_begin = items_.size();
+    part.root = grow_cell(seed.node, seed.cube, seed.depth, {0, static_cast<std::uint32_t>(top_)}, seed.budget);
+    part.node_end = nodes_.size();
+    part.item_end = items_.size();
+    return part;
 }
 
-void Builder::grow_cell(std::uint32_t node, const Cube& cube, std::uint32_t depth, List list, Budget budget) {
-    if (!wants_split(cube, depth, list, budget)) return make_leaf(node, list);
-    if (depth == rule_.stop_depth) {
-        const auto first = stack_.begin() + static_cast<std::ptrdiff_t>(list.begin);
-        seeds_.push_back({node, cube, depth, budget, {first, first + list.count}});
-        return;
+OctreeNode Builder::grow_cell(std::uint32_t node, const Cube& cube, std::uint32_t depth, List list, Budget budget) {
+    if (!wants_split(cube, depth, list, budget)) return make_leaf(list);
+    if (list.count <= rule_.seed_count) {
+        keep_seed(node, cube, depth, list, budget);
+        return {};
     }
     const Split split = classify(cube, list);
-    if (!is_worthwhile(split, list, budget)) return make_leaf(node, list);
+    if (!is_worthwhile(split, list, budget)) return make_leaf(list);
     const std::size_t top = top_;
-    const std::array<List, 8> children = scatter(split, list);
-
     const auto first = static_cast<std::uint32_t>(nodes_.size());
-    nodes_[node] = {first, OctreeNode::inner};
-    nodes_.resize(nodes_.size() + 8);
-    for (unsigned octant = 0; octant < 8; ++octant)
-        grow_cell(first + octant, octant_of(cube, octant), depth + 1, children[octant],
-                  share(budget, split, list, children[octant]));
+    nodes_.resize(first + 8);
+    const std::array<List, 8> children = scatter(split, list, nodes_.data() + first);
+    for (unsigned octant = 0; octant < 8; ++octant) {
+        const List child = children[octant];
+        if (child.count <= rule_.leaf_objects) continue;  // scatter has made the leaf
+        const OctreeNode grown =
+            grow_cell(first + octant, octant_of(cube, octant), depth + 1, child, share(budget, split, list, child));
+        nodes_[first + octant] = grown;
+    }
     top_ = top;
+    return {first, OctreeNode::inner};
+}
+
+void Builder::keep_seed(std::uint32_t node, const Cube& cube, std::uint32_t depth, List list, Budget budget) {
+    const auto first = stack_.begin() + static_cast<std::ptrdiff_t>(list.begin);
+    seeds_.push_back({node, cube, depth, budget, {first, first + list.count}});
 }
 
 bool Builder::wants_split(const Cube& cube, std::uint32_t depth, List list, Budget budget) const {
@@ -90,12 +102,13 @@ Builder::Split Builder::classify(const Cube& cube, List list) {
     Split split;
     if (masks_.size() < list.count) masks_.resize(list.count);
     const std::uint32_t* triangles = stack_.data() + list.begin;
+    std::uint8_t* masks = masks_.data();
     for (std::uint32_t start = 0; start < list.count; start += byte_counter_max) {
         const std::uint32_t end = std::min(list.count, start + byte_counter_max);
         std::uint64_t counters = 0;
         for (std::uint32_t i = start; i < end; ++i) {
             const unsigned mask = overlapped_octants(corner(triangles[i], 0), cube);
-            masks_[i] = static_cast<std::uint8_t>(mask);
+            masks[i] = static_cast<std::uint8_t>(mask);
             counters += byte_counters[mask];
         }
         for (unsigned octant = 0; octant < 8; ++octant) split.counts[octant] += counters >> (8 * octant) & 255;
@@ -110,7 +123,8 @@ Builder::Split Builder::classify(const Cube& cube, List list) {
 bool Builder::is_worthwhile(const Split& split, List list, Budget budget) const {
     if (split.references > list.count + budget.references) return false;
     if (list.count > std::uint64_t{crowd_factor} * rule_.leaf_objects) return true;
-    return std::count(split.counts.begin(), split.counts.end(), list.count) < 2;
+    const auto empty = std::count(split.counts.begin(), split.counts.end(), 0u);
+    return split.references < static_cast<std::uint64_t>(8 - empty) * list.count || empty == 7;
 }
 
 // What the split leaves is shared among the children that may split, by their triangles: no child waits for another, so
@@ -121,28 +135,40 @@ Budget Builder::share(Budget budget, const Split& split, List parent, List child
     return {(budget.nodes - 8) * child.count / split.crowd, references * child.count / split.crowd};
 }
 
-std::array<Builder::List, 8> Builder::scatter(const Split& split, List list) {
-    std::array<List, 8> children;
-    std::array<std::size_t, 8> place;
-    std::size_t end = top_;
+// Lists of leaves go straight to the items, those of children that may split onto the stack.
+std::array<Builder::List, 8> Builder::scatter(const Split& split, List list, OctreeNode* children) {
+    std::array<List, 8> lists;
+    std::size_t item_end = items_.size();
     for (unsigned octant = 0; octant < 8; ++octant) {
-        children[octant] = {end, split.counts[octant]};
-        place[octant] = end;
-        end += split.counts[octant];
+        const std::uint32_t count = split.counts[octant];
+        if (count <= rule_.leaf_objects) {
+            children[octant] = {static_cast<std::uint32_t>(item_end), count};
+            lists[octant] = {item_end, count};
+            item_end += count;
+        } else {
+            lists[octant] = {top_, count};
+            top_ += count;
+        }
     }
-    top_ = end;
-    if (stack_.size() < end) stack_.resize(std::max(end, stack_.size() + stack_.size() / 2));
-    std::uint32_t* stack = stack_.data();
-    for (std::uint32_t i = 0; i < list.count; ++i)
+    items_.resize(item_end);
+    if (stack_.size() < top_) stack_.resize(std::max(top_, stack_.size() + stack_.size() / 2));
+    std::array<std::uint32_t*, 8> place;
+    for (unsigned octant = 0; octant < 8; ++octant)
+        place[octant] =
+            (split.counts[octant] <= rule_.leaf_objects ? items_.data() : stack_.data()) + lists[octant].begin;
+    for (std::uint32_t i = 0; i < list.count; ++i) {
+        const std::uint32_t triangle = stack_[list.begin + i];
         for (unsigned mask = masks_[i]; mask != 0; mask &= mask - 1)
-            stack[place[static_cast<unsigned>(std::countr_zero(mask))]++] = stack[list.begin + i];
-    return children;
+            *place[static_cast<unsigned>(std::countr_zero(mask))]++ = triangle;
+    }
+    return lists;
 }
 
-void Builder::make_leaf(std::uint32_t node, List list) {
+OctreeNode Builder::make_leaf(List list) {
     const auto first = stack_.begin() + static_cast<std::ptrdiff_t>(list.begin);
-    nodes_[node] = {static_cast<std::uint32_t>(items_.size()), list.count};
+    const OctreeNode leaf{static_cast<std::uint32_t>(items_.size()), list.count};
     items_.insert(items_.end(), first, first + list.count);
+    return leaf;
 }
 
 }  // namespace lumenfarm::octree_detail

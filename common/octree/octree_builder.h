@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 /// The recursion that grows an octree, or a part of one, from a list of triangles. Private to common/octree.
@@ -30,20 +29,29 @@ struct Seed {
 struct SplitRule {
     std::uint32_t leaf_objects = 0;
     std::uint32_t depth_max = 0;   ///< no cell is deeper
-    std::uint32_t stop_depth = 0;  ///< cells at this depth that would split become seeds instead
+    std::uint32_t seed_count = 0;  ///< cells that would split and have at most so many triangles become seeds instead
 };
 
+/// What grew from one seed: its own node, and where the rest stands in the builder's arrays.
+struct Part {
+    OctreeNode root;
+    std::size_t node_begin = 0, node_end = 0;
+    std::size_t item_begin = 0, item_end = 0;
+};
+
+/// Appends nodes and items to its arrays: parents before children, octants side by side.
 class Builder {
 public:
-    /// corners: nine floats for each triangle, and one more at the end.
-    Builder(std::span<const float> corners, SplitRule rule) : corners_(corners), rule_(rule) {}
+    /// corners: nine floats for each triangle, and one more at the end. It outlives this.
+    Builder(const float* corners, SplitRule rule) : corners_(corners), rule_(rule) {}
 
-    /// Grows the seed; its own node becomes nodes()[0]. Parents before children, octants in order.
-    void grow(Seed seed);
+    /// Grows the seed. The part's root is returned, not stored.
+    Part grow(Seed seed);
 
+    void set_seed_count(std::uint32_t count) { rule_.seed_count = count; }
     std::vector<OctreeNode>& nodes() { return nodes_; }
     std::vector<std::uint32_t>& items() { return items_; }
-    /// Cells at stop_depth that are to be grown; their nodes are empty leaves so far.
+    /// Cells that are to be grown; their nodes are empty leaves so far.
     std::vector<Seed>& seeds() { return seeds_; }
 
 private:
@@ -58,20 +66,21 @@ private:
         std::uint64_t crowd = 0;       ///< the sum over the children that may split in turn
     };
 
-    void grow_cell(std::uint32_t node, const Cube& cube, std::uint32_t depth, List list, Budget budget);
+    OctreeNode grow_cell(std::uint32_t node, const Cube& cube, std::uint32_t depth, List list, Budget budget);
+    void keep_seed(std::uint32_t node, const Cube& cube, std::uint32_t depth, List list, Budget budget);
     bool wants_split(const Cube& cube, std::uint32_t depth, List list, Budget budget) const;
     bool meet_in_a_corner(const Cube& cube, List list) const;
-    Budget share(Budget budget, const Split& split, List parent, List child) const;
     Split classify(const Cube& cube, List list);
     bool is_worthwhile(const Split& split, List list, Budget budget) const;
-    std::array<List, 8> scatter(const Split& split, List list);
-    void make_leaf(std::uint32_t node, List list);
+    std::array<List, 8> scatter(const Split& split, List list, OctreeNode* children);
+    Budget share(Budget budget, const Split& split, List parent, List child) const;
+    OctreeNode make_leaf(List list);
 
     const float* corner(std::uint32_t triangle, std::size_t k) const {
-        return corners_.data() + 9 * std::size_t{triangle} + 3 * k;
+        return corners_ + 9 * std::size_t{triangle} + 3 * k;
     }
 
-    std::span<const float> corners_;
+    const float* corners_;
     SplitRule rule_;
     std::vector<OctreeNode> nodes_;
     std::vector<std::uint32_t> items_;
