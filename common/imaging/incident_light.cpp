@@ -9,11 +9,11 @@ namespace lumenfarm {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr double hits_wanted = 6'000;  // in a disc: 2 % of noise after the weights of the fit
+constexpr double hits_wanted = 12'000;  // in a disc: 1.5 % of noise after the weights of the fit
 constexpr double radius_min_texels = 1.5;
 constexpr double radius_max_texels = 8;
-constexpr double survey_texels = 3;   // radius of the density that chooses the radius
-constexpr double reuse_texels = 0.2;  // an estimate serves points this close
+constexpr double survey_texels = 3;  // radius of the density that chooses the radius
+constexpr double reuse_radii = 0.2;  // within a pixel an estimate serves points this close, in its own radius
 constexpr std::uint32_t neighbours_min = 16, neighbours_max = 1'000;
 constexpr std::uint64_t hits_per_neighbour = 200;  // a neighbourhood is this part of all kept hits
 
@@ -40,7 +40,7 @@ PointEstimate IncidentLight::from_texels(const SurfacePoint& point) const {
 
 IncidentLight::Local IncidentLight::at(const SurfacePoint& point) const {
     const double texel_m = texels_.texel_m(point);
-    Local local{point, reuse_texels * texel_m, {}, {}};
+    Local local{point, 0, {}, {}};
     if (use_nearest_) {
         local.hits = nearest_.around(point, neighbours_, radius_max_texels * texel_m);
         local.estimate = nearest_.estimate(local.hits);
@@ -50,6 +50,7 @@ IncidentLight::Local IncidentLight::at(const SurfacePoint& point) const {
         Vec3d& xyz = local.estimate.xyz_lx;
         xyz = {std::max(xyz.x, 0.0), std::max(xyz.y, 0.0), std::max(xyz.z, 0.0)};
     }
+    local.reuse_m = reuse_radii * local.estimate.radius_m;
     return local;
 }
 

@@ -47,6 +47,15 @@ std::optional<Terms> first_column_of_inverse(const std::array<Terms, terms_max>&
     return column;
 }
 
+/// How the constant term of the fit follows from the moments. A constant fit always has one.
+std::optional<Terms> solve(const std::array<Terms, terms_max>& moments, FitDegree degree, std::size_t samples) {
+    const std::size_t terms = term_count(degree);
+    if (degree != FitDegree::constant && samples < 2 * terms) return std::nullopt;
+    return first_column_of_inverse(moments, terms);
+}
+
+FitDegree lower(FitDegree degree) { return degree == FitDegree::quadratic ? FitDegree::linear : FitDegree::constant; }
+
 struct Tangents {
     explicit Tangents(Vec3d normal) {
         const Vec3d off = std::abs(normal.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
@@ -153,20 +162,16 @@ PointEstimate TexelFit::at(const SurfacePoint& point, double radius_m, FitDegree
     std::array<Terms, terms_max> moments{};
     for (const Sample& sample : samples) {
         const Terms terms = terms_at(sample.u, sample.v);
-        for (std::size_t i = 0; i < terms_max; ++i)
+        for (std::size_t i = 0; i < term_count(degree); ++i)
             for (std::size_t j = 0; j <= i; ++j) moments[i][j] += sample.weight * terms[i] * terms[j];
     }
-    std::optional<Terms> solved;
-    for (; !solved; degree = degree == FitDegree::quadratic ? FitDegree::linear : FitDegree::constant) {
-        const std::size_t n = term_count(degree);
-        if (degree != FitDegree::constant && samples.size() < 2 * n) continue;
-        solved = first_column_of_inverse(moments, n);
-    }
+    std::optional<Terms> solved = solve(moments, degree, samples.size());
+    while (!solved) solved = solve(moments, degree = lower(degree), samples.size());
     shares.clear();
     for (const Sample& sample : samples) {
         const Terms terms = terms_at(sample.u, sample.v);
         double share = 0;
-        for (std::size_t i = 0; i < terms_max; ++i) share += (*solved)[i] * terms[i];
+        for (std::size_t i = 0; i < term_count(degree); ++i) share += (*solved)[i] * terms[i];
         shares.push_back(share * sample.weight);
     }
     return combine(samples, shares, radius_m);
