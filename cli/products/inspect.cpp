@@ -26,7 +26,7 @@ json::object estimate_fields(const AreaEstimate& estimate) {
             {"relative_error", number_or_null(estimate.relative_error)}};
 }
 
-json::object balance_fields(const Run& run) {
+json::object balance_fields(const LoadedRun& run) {
     const EnergyBalance& balance = run.solution.balance;
     const double watts = tick_value(run.emission, run.solution).watts;
     const auto in_watts = [&](std::int64_t ticks) { return static_cast<double>(ticks) * watts; };
@@ -37,7 +37,7 @@ json::object balance_fields(const Run& run) {
             {"cutoff_ticks", balance.cut_off},        {"bounce_limited", balance.bounce_limited}};
 }
 
-json::array light_fields(const Run& run) {
+json::array light_fields(const LoadedRun& run) {
     json::array lights;
     for (std::size_t i = 0; i < run.scene.lights.size(); ++i)
         lights.push_back(json::object{{"name", run.scene.lights[i].name},
@@ -47,7 +47,7 @@ json::array light_fields(const Run& run) {
     return lights;
 }
 
-json::array surface_fields(const Run& run) {
+json::array surface_fields(const LoadedRun& run) {
     const auto estimates = surface_estimates(run.scene, run.emission, run.solution);
     json::array surfaces;
     for (std::size_t i = 0; i < estimates.size(); ++i) {
@@ -88,7 +88,7 @@ std::string percent(double relative_error) {
 
 }  // namespace
 
-json::object inspect_document(const Run& run) {
+json::object inspect_document(const LoadedRun& run) {
     const Solution& solution = run.solution;
     return {{"digest", solution_digest(solution).hex()},
             {"scene", run.scene_name.hex()},
@@ -104,7 +104,7 @@ json::object inspect_document(const Run& run) {
             {"time", time_fields(solution.time)}};
 }
 
-json::object report_document(const Run& run, const std::vector<std::string>& pictures) {
+json::object report_document(const LoadedRun& run, const std::vector<std::string>& pictures) {
     json::object report = inspect_document(run);
     report["job"] = job_fields(run.solution.spec);
     json::array names;
@@ -113,7 +113,7 @@ json::object report_document(const Run& run, const std::vector<std::string>& pic
     return report;
 }
 
-std::string inspect_table(const Run& run) {
+std::string inspect_table(const LoadedRun& run) {
     const Solution& solution = run.solution;
     const EnergyBalance& balance = solution.balance;
     const double watts = tick_value(run.emission, solution).watts;

@@ -35,7 +35,7 @@ double tolerance_for(const Scene& scene) {
 
 }  // namespace
 
-Measurement measure(const Run& run, const std::vector<AskedPoint>& points, const std::string& name) {
+Measurement measure(const LoadedRun& run, const std::vector<AskedPoint>& points, const std::string& name) {
     const TriangleIndex index(run.scene);
     const TickValue tick = tick_value(run.emission, run.solution);
     const TexelFit texels(run.scene, index, run.layout, run.solution, tick);
@@ -56,7 +56,7 @@ Measurement measure(const Run& run, const std::vector<AskedPoint>& points, const
     return measurement;
 }
 
-Result<std::vector<std::string>> measure_file(const Run& run, const std::filesystem::path& points,
+Result<std::vector<std::string>> measure_file(const LoadedRun& run, const std::filesystem::path& points,
                                               const std::filesystem::path& output) {
     const auto bytes = read_file(points, limits::points_file_bytes_max);
     if (!bytes) return bytes.error();

@@ -18,11 +18,11 @@ struct Measurement {
 
 /// A point belongs to the nearest surface within 1 mm or a thousandth of the scene's diagonal. Without a normal the
 /// side that receives more is taken. `name` stands in the warnings.
-Measurement measure(const Run& run, const std::vector<AskedPoint>& points, const std::string& name);
+Measurement measure(const LoadedRun& run, const std::vector<AskedPoint>& points, const std::string& name);
 
 /// Reads points and writes the CSV, whole or not at all. Gives the warnings. Errors: bad_input (points), failed
 /// (output).
-Result<std::vector<std::string>> measure_file(const Run& run, const std::filesystem::path& points,
+Result<std::vector<std::string>> measure_file(const LoadedRun& run, const std::filesystem::path& points,
                                               const std::filesystem::path& output);
 
 }  // namespace lumenfarm

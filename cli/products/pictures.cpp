@@ -29,8 +29,8 @@ std::string file_name(const std::string& camera, const std::vector<std::string>&
 
 }  // namespace
 
-Result<void> render_to(const Run& run, const TracerScene& tracer, const Camera& camera, const PictureOptions& options,
-                       const std::filesystem::path& path) {
+Result<void> render_to(const LoadedRun& run, const TracerScene& tracer, const Camera& camera,
+                       const PictureOptions& options, const std::filesystem::path& path) {
     const bool layers = path.extension() == ".exr";
     if (!layers && path.extension() != ".png")
         return bad_input("'" + path.string() + "' ends neither in .exr nor in .png");
@@ -46,7 +46,7 @@ Result<void> render_to(const Run& run, const TracerScene& tracer, const Camera& 
     return write_png(png.replace_extension(".png"), size.width, size.height, rgb);
 }
 
-Result<std::vector<std::string>> write_products(const Run& run, const TracerScene& tracer,
+Result<std::vector<std::string>> write_products(const LoadedRun& run, const TracerScene& tracer,
                                                 const std::filesystem::path& folder, const PictureOptions& options) {
     std::vector<Camera> cameras = run.scene.cameras;
     if (cameras.empty()) cameras.push_back(framing_camera(run.scene, tracer));

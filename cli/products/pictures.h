@@ -23,12 +23,12 @@ struct PictureOptions {
 
 /// Renders a camera. `path` ends in .exr: that file and the tone-mapped .png beside it; in .png: only that.
 /// Errors: bad_input (view, size, ending), failed (output).
-Result<void> render_to(const Run& run, const TracerScene& tracer, const Camera& camera, const PictureOptions& options,
-                       const std::filesystem::path& path);
+Result<void> render_to(const LoadedRun& run, const TracerScene& tracer, const Camera& camera,
+                       const PictureOptions& options, const std::filesystem::path& path);
 
 /// A PNG and an EXR for each camera of the scene (framing_camera when there is none), and report.json.
 /// Gives the names of the pictures. Errors: failed.
-Result<std::vector<std::string>> write_products(const Run& run, const TracerScene& tracer,
+Result<std::vector<std::string>> write_products(const LoadedRun& run, const TracerScene& tracer,
                                                 const std::filesystem::path& folder, const PictureOptions& options);
 
 }  // namespace lumenfarm

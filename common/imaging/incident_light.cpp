@@ -19,7 +19,7 @@ constexpr std::uint64_t hits_per_neighbour = 200;  // a neighbourhood is this pa
 
 }  // namespace
 
-IncidentLight::IncidentLight(const Run& run, const Appearance& appearance, Estimator estimator)
+IncidentLight::IncidentLight(const LoadedRun& run, const Appearance& appearance, Estimator estimator)
     : run_(run),
       appearance_(appearance),
       tick_(tick_value(run.emission, run.solution)),

@@ -20,7 +20,7 @@ enum class Estimator : std::uint8_t {
 class IncidentLight {
 public:
     /// REQUIRES: both outlive this.
-    IncidentLight(const Run& run, const Appearance& appearance, Estimator estimator);
+    IncidentLight(const LoadedRun& run, const Appearance& appearance, Estimator estimator);
 
     /// An estimate at a point, to be reused for its closest surroundings.
     struct Local {
@@ -38,7 +38,7 @@ public:
 private:
     PointEstimate from_texels(const SurfacePoint& point) const;
 
-    const Run& run_;
+    const LoadedRun& run_;
     const Appearance& appearance_;
     TickValue tick_;
     TriangleIndex index_;

@@ -55,7 +55,8 @@ struct CameraRay {
 
 class PixelRenderer {
 public:
-    PixelRenderer(const Run& run, const TracerScene& tracer, const Appearance& appearance, const IncidentLight& light)
+    PixelRenderer(const LoadedRun& run, const TracerScene& tracer, const Appearance& appearance,
+                  const IncidentLight& light)
         : run_(run), tracer_(tracer), appearance_(appearance), light_(light) {}
 
     Pixel pixel(const View& view, std::uint32_t column, std::uint32_t row, std::uint32_t per_side) {
@@ -153,7 +154,7 @@ private:
         send(ray, point, normalize(bent), tinted * (through / (relative * relative)));
     }
 
-    const Run& run_;
+    const LoadedRun& run_;
     const TracerScene& tracer_;
     const Appearance& appearance_;
     const IncidentLight& light_;
@@ -182,7 +183,8 @@ Result<void> check(const Camera& camera, const RenderOptions& options) {
 
 }  // namespace
 
-Result<Picture> render(const Run& run, const TracerScene& tracer, const Camera& camera, const RenderOptions& options) {
+Result<Picture> render(const LoadedRun& run, const TracerScene& tracer, const Camera& camera,
+                       const RenderOptions& options) {
     if (const auto checked = check(camera, options); !checked) return checked.error();
     const Appearance appearance(run.scene, run.emission);
     const IncidentLight light(run, appearance, options.estimator);

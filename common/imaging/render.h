@@ -22,7 +22,8 @@ struct RenderOptions {
 
 /// REQUIRES: `tracer` was made for run.scene. Errors: bad_input (size or samples out of limits, a camera that is not a
 /// camera).
-Result<Picture> render(const Run& run, const TracerScene& tracer, const Camera& camera, const RenderOptions& options);
+Result<Picture> render(const LoadedRun& run, const TracerScene& tracer, const Camera& camera,
+                       const RenderOptions& options);
 
 /// A camera as its image plane: the direction of each point of the picture.
 class View {

@@ -23,7 +23,7 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<Run> load_run(const std::filesystem::path& path) {
+Result<LoadedRun> load_run(const std::filesystem::path& path) {
     const std::filesystem::path folder = folder_of(path);
     const std::filesystem::path scene_path = folder / scene_file_name;
     const std::filesystem::path solution_path = folder / solution_file_name;
@@ -42,7 +42,7 @@ Result<Run> load_run(const std::filesystem::path& path) {
     if (!emission) return about(scene_path, emission.error());
     auto layout = TexelLayout::make(*scene, solution->spec);
     if (!layout) return about(scene_path, layout.error());
-    return Run{std::move(*scene), scene_name, std::move(*emission), std::move(*layout), std::move(*solution)};
+    return LoadedRun{std::move(*scene), scene_name, std::move(*emission), std::move(*layout), std::move(*solution)};
 }
 
 Result<void> save_run(const std::filesystem::path& folder, std::span<const std::byte> scene_bytes,

@@ -18,7 +18,7 @@ inline constexpr const char* solution_file_name = "solution.lfs";
 inline constexpr const char* scene_file_name = "scene.lfscene";
 
 /// A result with all that is derived from its scene.
-struct Run {
+struct LoadedRun {
     Scene scene;
     Digest scene_name;
     Emission emission;
@@ -28,7 +28,7 @@ struct Run {
 
 /// `path`: the folder, or the solution file inside it. Errors: bad_input (a file is missing, damaged, or of another
 /// scene), failed (read error); the sentence names the file.
-Result<Run> load_run(const std::filesystem::path& path);
+Result<LoadedRun> load_run(const std::filesystem::path& path);
 
 /// Makes the folder and writes both files, each whole or not at all. REQUIRES: `scene_bytes` is encode_scene of the
 /// solution's scene. Errors: failed.

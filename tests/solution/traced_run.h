@@ -10,12 +10,12 @@
 namespace lumenfarm::test {
 
 /// Traces a job in one go: what a farm of any shape must arrive at.
-inline Run traced_run(const Scene& scene, const JobSpec& spec) {
+inline LoadedRun traced_run(const Scene& scene, const JobSpec& spec) {
     const auto valid = validate(scene);
     ensure(valid.has_value(), valid ? "" : valid.error().sentence.c_str());
     auto tracer = TracerScene::make(scene);
     ensure(tracer.has_value(), "the scene can be traced");
-    Run run{scene, scene_digest(encode_scene(scene)), (*tracer)->emission(), *TexelLayout::make(scene, spec), {}};
+    LoadedRun run{scene, scene_digest(encode_scene(scene)), (*tracer)->emission(), *TexelLayout::make(scene, spec), {}};
     LightMap map(scene, run.layout);
     KeptHits kept(spec.keep_hits);
     Solution& solution = run.solution;
