@@ -107,6 +107,15 @@ Result<void> GltfMeshes::add_primitive(const tinygltf::Primitive& primitive, Mes
     return builder_.add_mesh(std::move(part));
 }
 
+std::string GltfMeshes::part_name(const tinygltf::Mesh& mesh, std::size_t primitive) const {
+    const int material = mesh.primitives[primitive].material;
+    const auto users = std::count_if(mesh.primitives.begin(), mesh.primitives.end(),
+                                     [&](const tinygltf::Primitive& other) { return other.material == material; });
+    const bool known = material >= 0 && static_cast<std::size_t>(material) < model_.materials.size();
+    const std::string name = known ? model_.materials[static_cast<std::size_t>(material)].name : std::string{};
+    return name.empty() || users > 1 ? "primitive " + std::to_string(primitive) : name;
+}
+
 Result<void> GltfMeshes::add(int mesh, const std::string& object, const Transform& to_world) {
     if (static_cast<std::size_t>(mesh) >= model_.meshes.size())
         return builder_.refuse("node '" + object + "' refers to mesh " + std::to_string(mesh) + " of " +
@@ -115,13 +124,7 @@ Result<void> GltfMeshes::add(int mesh, const std::string& object, const Transfor
     for (std::size_t i = 0; i < given.primitives.size(); ++i) {
         MeshPart part;
         part.object = object;
-        if (given.primitives.size() > 1) {
-            const int material = given.primitives[i].material;
-            const bool named = material >= 0 && static_cast<std::size_t>(material) < model_.materials.size() &&
-                               !model_.materials[static_cast<std::size_t>(material)].name.empty();
-            part.part =
-                named ? model_.materials[static_cast<std::size_t>(material)].name : "primitive " + std::to_string(i);
-        }
+        if (given.primitives.size() > 1) part.part = part_name(given, i);
         if (auto added = add_primitive(given.primitives[i], std::move(part), to_world); !added) return added;
     }
     return {};

@@ -14,6 +14,8 @@ public:
     Result<void> add(int mesh, const std::string& object, const Transform& to_world);
 
 private:
+    /// The material's name where only this primitive of the mesh has it, else "primitive 2".
+    std::string part_name(const tinygltf::Mesh& mesh, std::size_t primitive) const;
     Result<void> add_primitive(const tinygltf::Primitive& primitive, MeshPart part, const Transform& to_world);
     Result<void> read_vertices(const tinygltf::Primitive& primitive, const Transform& to_world, MeshPart& part) const;
     Result<void> read_uvs(const tinygltf::Primitive& primitive, MeshPart& part) const;
