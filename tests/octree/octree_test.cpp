@@ -196,6 +196,16 @@ TEST(Octree, TrianglesThatMeetInACornerAreNotSplitForEver) {
     EXPECT_LE(deepest, 10u);
 }
 
+TEST(Octree, FloorAtARoundHeightStandsInOneLayerOfCells) {
+    const Scene scene = floor_grid(128);
+    const Octree octree = Octree::make(scene);
+    octree.for_each_cell([&](const OctreeCell& cell) {
+        const Box box = octree.box(cell);
+        EXPECT_TRUE(box.low.y != 0 && box.high.y != 0) << "a cell ends in the floor";
+    });
+    EXPECT_LT(octree.items().size(), 8 * scene.triangles.size());
+}
+
 TEST(Octree, TrianglesAllAtOnePlaceStayTogetherWithinTheLimits) {
     Scene scene;
     for (int i = 0; i < 20'000; ++i) add_triangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
