@@ -25,12 +25,6 @@ T get(std::span<const std::byte, limits::frame_header_bytes> bytes, std::size_t 
     return value;
 }
 
-std::uint32_t checksum(std::span<const std::byte> header, std::span<const std::byte> payload) {
-    const auto seed = XXH3_64bits(header.data(), checksum_offset);
-    const auto hash = XXH3_64bits_withSeed(payload.data(), payload.size(), seed);
-    return static_cast<std::uint32_t>(hash ^ hash >> 32);
-}
-
 /// Types whose layout is the same in every version.
 bool frozen(MessageType type) { return type == MessageType::hello || type == MessageType::goodbye; }
 
@@ -76,6 +70,12 @@ HeaderBytes encode_header(const FrameHeader& header) {
     return bytes;
 }
 
+std::uint32_t frame_checksum(const HeaderBytes& header, std::span<const std::byte> payload) {
+    const auto seed = XXH3_64bits(header.data(), checksum_offset);
+    const auto hash = XXH3_64bits_withSeed(payload.data(), payload.size(), seed);
+    return static_cast<std::uint32_t>(hash ^ hash >> 32);
+}
+
 Decoded<FrameHeader> decode_header(std::span<const std::byte, limits::frame_header_bytes> bytes) {
     if (get<std::uint32_t>(bytes, 0) != frame_magic) return WireError::bad_magic;
     FrameHeader header;
@@ -105,7 +105,7 @@ void finish_frame(std::vector<std::byte>& frame, MessageType type, std::uint64_t
         header.flags |= flag_compressed;
     header.payload_bytes = static_cast<std::uint32_t>(frame.size() - limits::frame_header_bytes);
     const auto unsigned_bytes = encode_header(header);
-    header.checksum = checksum(unsigned_bytes, std::span(frame).subspan(limits::frame_header_bytes));
+    header.checksum = frame_checksum(unsigned_bytes, std::span(frame).subspan(limits::frame_header_bytes));
     std::ranges::copy(encode_header(header), frame.begin());
 }
 
@@ -151,7 +151,7 @@ Decoded<std::optional<Frame>> FrameParser::consume(std::span<const std::byte>& b
 }
 
 Decoded<std::optional<Frame>> FrameParser::finish() {
-    if (checksum(header_bytes_, payload_) != header_.checksum) return refuse(WireError::bad_checksum);
+    if (frame_checksum(header_bytes_, payload_) != header_.checksum) return refuse(WireError::bad_checksum);
     header_filled_ = 0;
     std::optional<Frame> frame(std::in_place);
     frame->header = header_;

@@ -36,6 +36,9 @@ using HeaderBytes = std::array<std::byte, limits::frame_header_bytes>;
 
 HeaderBytes encode_header(const FrameHeader& header);
 
+/// What the checksum field has to be; `header` counts without that field, `payload` is as it travels.
+std::uint32_t frame_checksum(const HeaderBytes& header, std::span<const std::byte> payload);
+
 /// Refuses what no peer may send: wrong magic, version, type, flags, lengths over the type's cap or that contradict
 /// each other. Hello and Goodbye pass with any version, so that two programs without a common one can say so.
 Decoded<FrameHeader> decode_header(std::span<const std::byte, limits::frame_header_bytes> bytes);

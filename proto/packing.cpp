@@ -57,7 +57,7 @@ bool xyz_possible(std::int64_t xyz, std::int64_t radiant, std::uint64_t hits) {
 
 bool delta_possible(const TexelDelta& delta) {
     constexpr std::uint64_t y_max = 2 * limits::energy_ticks_max + 1;
-    constexpr std::uint64_t y_squared_max = (y_max >> 4) * (y_max >> 4);
+    constexpr std::uint64_t y_squared_max = (y_max >> y_squared_shift) * (y_max >> y_squared_shift);
     const auto xyz = {delta.x, delta.y, delta.z};
     return delta.hits > 0 && delta.hits <= limits::hits_per_map_max && radiant_possible(delta.radiant, delta.hits) &&
            std::ranges::all_of(xyz, [&](auto sum) { return xyz_possible(sum, delta.radiant, delta.hits); }) &&

@@ -24,11 +24,11 @@ public:
 
     /// Sends a request and waits for its reply. Errors: bad_input when refused with bad_request or no_such_job, failed
     /// otherwise (refusal, lost connection, no answer in time), with the master's sentence.
-    Result<wire::Message> ask(const wire::Message& request, double timeout_seconds = limits::dead_seconds);
+    Result<wire::Message> ask(const wire::Message& request, double timeout_seconds = limits::reply_seconds);
 
     /// The same, for one type of reply. Errors: failed when another type comes.
     template <class Reply>
-    Result<Reply> ask_for(const wire::Message& request, double timeout_seconds = limits::dead_seconds) {
+    Result<Reply> ask_for(const wire::Message& request, double timeout_seconds = limits::reply_seconds) {
         auto reply = ask(request, timeout_seconds);
         if (!reply) return reply.error();
         if (auto* wanted = std::get_if<Reply>(&*reply)) return std::move(*wanted);
@@ -36,7 +36,7 @@ public:
     }
 
     /// Sends a message that has no reply; waits while the outbox is full. Errors: failed.
-    Result<void> tell(const wire::Message& message, double timeout_seconds = limits::dead_seconds);
+    Result<void> tell(const wire::Message& message, double timeout_seconds = limits::reply_seconds);
 
     /// Waits and keeps the session alive. Errors: failed when the connection was lost.
     Result<void> idle(double seconds);

@@ -84,7 +84,7 @@ Result<std::uint64_t> submit_job(BlockingClient& client, std::uint64_t key, cons
     // Once to learn what is missing, once more to start; a chunk damaged on the way is asked for again.
     constexpr int rounds = 3;
     for (int round = 0; round < rounds; ++round) {
-        const auto reply = client.ask_for<wire::SubmitReply>(submit);
+        const auto reply = client.ask_for<wire::SubmitReply>(submit, limits::submit_seconds);
         if (!reply) return reply.error();
         if (reply->job != 0) return reply->job;
         const auto uploaded = upload(client, manifest, scene_bytes, reply->missing);
