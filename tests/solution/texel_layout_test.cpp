@@ -50,7 +50,7 @@ TEST(TexelLayout, TexelsOfAllTrianglesAndSidesAreDistinct) {
     const auto grey = quads.lambert(0.5);
     quads.quad("small", {0, 0, 0}, {0.3f, 0, 0}, {0, 0.4f, 0}, grey);
     quads.quad("large", {0, 0, 1}, {3, 0, 0}, {0, 4, 0}, grey);
-    const auto layout = TexelLayout::make(quads.scene, 0.5);
+    const auto layout = TexelLayout::make(quads.scene, 0.51);
     ASSERT_TRUE(layout);
     EXPECT_EQ(layout->rows(0), 1u);   // 0.5 m diagonal
     EXPECT_EQ(layout->rows(2), 10u);  // 5 m diagonal
