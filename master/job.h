@@ -28,7 +28,7 @@ struct PreparedJob {
     TexelLayout layout;
     double texel_m = 0;                    ///< in force
     std::vector<std::uint64_t> particles;  ///< of each light
-    std::string octree;                    ///< a line about the weighted octree, for people
+    std::string octree;                    ///< a sentence about the weighted octree, for the log
 };
 
 /// Decodes the scene and derives all that a job of this spec needs. Errors: bad_input (damaged scene, no light, too

@@ -1,10 +1,23 @@
 #include "common/math/vec.h"
+#include "common/octree/weighted_octree.h"
 #include "common/scene/scene_file.h"
 #include "master/job.h"
 
 #include <utility>
 
 namespace lumenfarm {
+
+namespace {
+
+std::string describe_octree(const Scene& scene, const Emission& emission) {
+    std::vector<double> shares;
+    for (const LightEmission& light : emission.lights) shares.push_back(light.share);
+    const OctreeSummary octree = summarize(scene, make_weighted_octree(scene, {}, shares));
+    return "its octree has " + std::to_string(octree.nodes) + " nodes for " + std::to_string(octree.triangles) +
+           " triangles, depth " + std::to_string(octree.depth) + ", weight " + std::to_string(octree.total_weight);
+}
+
+}  // namespace
 
 Result<std::shared_ptr<const PreparedJob>> prepare_job(const JobSpec& spec, std::span<const std::byte> scene_bytes) {
     if (auto good = validate(spec); !good) return good.error();
@@ -21,6 +34,7 @@ Result<std::shared_ptr<const PreparedJob>> prepare_job(const JobSpec& spec, std:
     if (!layout) return layout.error();
     prepared->layout = std::move(*layout);
     prepared->particles = apportion(prepared->emission, spec.particles);
+    prepared->octree = describe_octree(prepared->scene, prepared->emission);
     return std::shared_ptr<const PreparedJob>(std::move(prepared));
 }
 

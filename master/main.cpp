@@ -1,0 +1,77 @@
+#include "master/master_server.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <csignal>
+#include <cstring>
+#include <iostream>
+#include <memory>
+#include <string>
+
+/// lumenfarm-master: a MasterServer that ends on SIGTERM or SIGINT.
+namespace {
+
+constexpr int exit_usage = 2;
+
+void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
+    app.set_config("--config", "/etc/lumenfarm/master.toml", "TOML file with these options");
+    app.add_option("--listen", options.listen, "HOST:PORT to listen on")
+        ->envname("LUMENFARM_LISTEN")
+        ->capture_default_str();
+    app.add_option("--storage", options.storage, "folder of jobs, scenes and solutions")
+        ->envname("LUMENFARM_STORAGE")
+        ->required();
+    app.add_flag(
+           "--allow-plaintext", options.allow_plaintext,
+           "listen beyond loopback though nothing is encrypted or authenticated: everybody who reaches the port may "
+           "use the farm, read its scenes and results, and feed it wrong ones")
+        ->envname("LUMENFARM_ALLOW_PLAINTEXT");
+    app.add_option("--set-seconds", options.set_target_seconds, "how long a set of automatic size takes one thread [s]")
+        ->envname("LUMENFARM_SET_SECONDS")
+        ->check(CLI::Range(0.01, 600.0))
+        ->capture_default_str();
+    app.add_option("--flush-seconds", options.flush_seconds, "packing maps: between two results of a thread [s]")
+        ->envname("LUMENFARM_FLUSH_SECONDS")
+        ->check(CLI::Range(0.05, 600.0))
+        ->capture_default_str();
+}
+
+/// To be called before any thread starts: they all inherit the mask, and wait_for_signal() takes what comes.
+sigset_t block_signals() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    return signals;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Lumenfarm's master: keeps the queue of jobs and commits what workers trace.", "lumenfarm-master");
+    lumenfarm::MasterOptions options;
+    declare(app, options);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0) return app.exit(error);
+        std::cerr << "lumenfarm-master: " << error.what() << "\n";
+        return exit_usage;
+    }
+    spdlog::set_default_logger(spdlog::stderr_color_mt("lumenfarm-master"));
+    const sigset_t signals = block_signals();
+    const auto master = lumenfarm::MasterServer::start(options);
+    if (!master) {
+        std::cerr << "lumenfarm-master: " << master.error().sentence << "\n";
+        return lumenfarm::exit_code(master.error());
+    }
+    spdlog::info("listening on {}, storage '{}'", (*master)->address(), options.storage.string());
+    int signal = 0;
+    sigwait(&signals, &signal);
+    spdlog::info("{}: the master ends; unfinished jobs are queued again when it starts", strsignal(signal));
+    (*master)->stop();
+    return 0;
+}

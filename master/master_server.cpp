@@ -1,0 +1,123 @@
+#include "master/master_server.h"
+
+#include "common/support/file.h"
+#include "common/transport/fingerprint.h"
+#include "master/server_session.h"
+
+#include <spdlog/spdlog.h>
+#include <boost/asio/post.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace lumenfarm {
+
+namespace {
+
+/// Result of a call that a stopped master does not answer.
+Error stopped() { return failed("the master was stopped"); }
+
+}  // namespace
+
+bool is_over(wire::JobState state) { return state != wire::JobState::queued && state != wire::JobState::running; }
+
+template <class Task>
+auto MasterServer::Running::ask(Task task) -> std::optional<decltype(task())> {
+    using Answer = decltype(task());
+    auto promise = std::make_shared<std::promise<Answer>>();
+    auto answer = promise->get_future();
+    boost::asio::post(io_, [promise, task = std::move(task)]() mutable { promise->set_value(task()); });
+    promise.reset();
+    while (answer.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready)
+        if (io_.stopped()) return std::nullopt;
+    return answer.get();
+}
+
+Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& options) {
+    if (options.storage.empty()) return bad_input("a master needs a storage folder: --storage DIR");
+    if (const auto made = make_folder(options.storage); !made) return made.error();
+    auto lock = StorageLock::take(options.storage);
+    if (!lock) return lock.error();
+    auto files = std::make_unique<FileStore>(options.storage / "files");
+    if (const auto opened = files->open(); !opened) return opened.error();
+    auto jobs = std::make_unique<FolderJobStore>(options.storage / "jobs");
+    auto contents = jobs->load();
+    if (!contents) return contents.error();
+    for (const std::string& warning : contents->warnings) spdlog::warn("{}", warning);
+    const auto life = jobs->begin_life();
+    if (!life) return life.error();
+    const auto fingerprint = transport_fingerprint(options.isa);
+    if (!fingerprint) return fingerprint.error();
+
+    MasterPolicy policy;
+    policy.fingerprint = *fingerprint;
+    policy.epoch = *life;
+    policy.set_target_seconds = options.set_target_seconds;
+    policy.flush_seconds = options.flush_seconds;
+    auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(files), std::move(jobs));
+    if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
+        return listening.error();
+    running->run(std::move(contents->records));
+    return std::unique_ptr<MasterServer>(new MasterServer(std::move(running)));
+}
+
+MasterServer::MasterServer(std::unique_ptr<Running> running) : running_(std::move(running)) {}
+MasterServer::~MasterServer() = default;
+
+std::uint16_t MasterServer::port() const { return running_->port(); }
+const std::string& MasterServer::address() const { return running_->address(); }
+void MasterServer::stop() { running_->stop(); }
+
+Result<JobId> MasterServer::submit(const JobSpec& spec, std::span<const std::byte> scene_bytes) {
+    return running_->submit(spec, scene_bytes);
+}
+
+Result<wire::JobStatus> MasterServer::status(JobId job) const {
+    const auto status = running_->ask([&] { return running_->core().status(job, running_->now_s()); });
+    if (!status) return stopped();
+    if (!*status) return bad_input("there is no job " + std::to_string(job));
+    return **status;
+}
+
+Result<wire::JobStatus> MasterServer::wait(JobId job, double seconds) const {
+    using Clock = std::chrono::steady_clock;
+    const auto until = Clock::now() + std::chrono::duration<double>(seconds);
+    while (true) {
+        auto now = status(job);
+        const double left_s = std::chrono::duration<double>(until - Clock::now()).count();
+        if (!now || is_over(now->state) || left_s <= 0) return now;
+        running_->wait_for_change(std::min(left_s, 0.1));
+    }
+}
+
+void MasterServer::cancel(JobId job) {
+    running_->ask([&] {
+        running_->carry_out(running_->core().cancel(job, running_->now_s()));
+        return true;
+    });
+}
+
+std::vector<wire::WorkerStatus> MasterServer::workers() const {
+    return running_->ask([&] { return running_->core().workers(running_->now_s()); })
+        .value_or(std::vector<wire::WorkerStatus>{});
+}
+
+Result<JobFiles> MasterServer::files(JobId job) const {
+    const auto record = running_->ask([&]() -> std::optional<JobRecord> {
+        const JobRecord* found = running_->core().record(job);
+        return found ? std::optional(*found) : std::nullopt;
+    });
+    if (!record) return stopped();
+    const std::string name = "job " + std::to_string(job);
+    if (!*record) return bad_input("there is no " + name);
+    const JobRecord& found = **record;
+    if (!found.over()) return failed(name + " has no result yet");
+    if (!found.has_solution)
+        return failed(name + " ended without a result" +
+                      (found.status.sentence.empty() ? std::string() : ": " + found.status.sentence));
+    const FileStore& files = running_->files();
+    return JobFiles{files.path(found.status.scene), files.path(found.solution_file), found.complete};
+}
+
+}  // namespace lumenfarm

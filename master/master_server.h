@@ -1,0 +1,77 @@
+#pragma once
+
+#include "common/support/result.h"
+#include "master/effects.h"
+#include "proto/messages.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+/// The master as a running thing: MasterCore behind a listener, with its storage on disk. lumenfarm-master is one of
+/// these and a signal handler; `lumenfarm run` embeds one. Logs go to spdlog's default logger.
+///
+///   auto master = MasterServer::start({.listen = "127.0.0.1:0", .storage = folder});
+///   auto job = (*master)->submit(spec, scene_bytes);
+///   while (auto status = (*master)->wait(*job, 0.5)) ...          // status->state; or cancel(*job) and wait on
+///   auto files = (*master)->files(*job);                          // solution and scene, to be copied
+namespace lumenfarm {
+
+struct MasterOptions {
+    std::string listen = "127.0.0.1:7420";  ///< HOST:PORT; port 0 lets the system choose
+    std::filesystem::path storage;
+    bool allow_plaintext = false;  ///< REQUIRED for an address beyond loopback: anybody who reaches it may use the farm
+    double set_target_seconds = 2;
+    double flush_seconds = 2;
+    std::string isa;  ///< of the trace that gives the fingerprint; empty: the best of this machine
+};
+
+/// Where the files of a job are that is over.
+struct JobFiles {
+    std::filesystem::path scene;
+    std::filesystem::path solution;
+    bool complete = false;
+};
+
+class MasterServer {
+public:
+    /// Opens the storage, goes on with the jobs of an earlier life, listens. Errors: bad_input (address; not loopback
+    /// without allow_plaintext), failed (port busy, storage unwritable or in use by another master).
+    static Result<std::unique_ptr<MasterServer>> start(const MasterOptions& options);
+    ~MasterServer();  ///< stop()
+
+    std::uint16_t port() const;
+    const std::string& address() const;  ///< "ADDRESS:PORT"
+
+    // Any thread may call these; each waits for the master's thread.
+
+    /// Errors: bad_input (job or scene refused), failed (disk).
+    Result<JobId> submit(const JobSpec& spec, std::span<const std::byte> scene_bytes);
+    /// Errors: bad_input, no such job.
+    Result<wire::JobStatus> status(JobId job) const;
+    /// Waits until the job is over, at most `seconds`, and gives its status.
+    Result<wire::JobStatus> wait(JobId job, double seconds) const;
+    /// Ends the job and keeps what was done; wait() tells when that is stored (state cancelled, or done).
+    void cancel(JobId job);
+    std::vector<wire::WorkerStatus> workers() const;
+    /// Errors: bad_input (no such job), failed (not over, or it ended without a result: says why).
+    Result<JobFiles> files(JobId job) const;
+
+    /// No more leases, a Goodbye to everyone, everything written. Unfinished jobs are queued again by the next life.
+    void stop();
+
+private:
+    class Running;
+    explicit MasterServer(std::unique_ptr<Running> running);
+    std::unique_ptr<Running> running_;
+};
+
+/// True when a job in this state will change no more.
+bool is_over(wire::JobState state);
+
+}  // namespace lumenfarm

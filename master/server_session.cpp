@@ -1,0 +1,276 @@
+#include "master/server_session.h"
+
+#include "common/scene/scene_file.h"
+
+#include <spdlog/spdlog.h>
+#include <boost/asio/post.hpp>
+
+#include <ctime>
+#include <random>
+#include <utility>
+
+namespace lumenfarm {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto tick_interval = std::chrono::milliseconds(200);
+constexpr std::size_t slow_requests_max = 8;  ///< of one connection, before its reading pauses
+
+}  // namespace
+
+MasterServer::Running::Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files,
+                               std::unique_ptr<JobStore> jobs)
+    : lock_(std::move(lock)),
+      files_(std::move(files)),
+      jobs_(std::move(jobs)),
+      storage_(*files_, *jobs_),
+      core_(policy) {}
+
+MasterServer::Running::~Running() { stop(); }
+
+double MasterServer::Running::now_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+Result<void> MasterServer::Running::listen(const std::string& where, bool allow_plaintext) {
+    const auto address = net::HostPort::parse(where);
+    if (!address) return address.error();
+    auto listener =
+        net::Listener::open(io_, *address, [this](asio::ip::tcp::socket socket) { accept(std::move(socket)); });
+    if (!listener) return listener.error();
+    if (!(*listener)->on_loopback() && !allow_plaintext)
+        return bad_input("'" + where +
+                         "' is reached from other machines and nothing is encrypted or authenticated there: add "
+                         "--allow-plaintext if everybody in that network may use this farm");
+    listener_ = std::move(*listener);
+    address_ = net::text_of(listener_->local());
+    port_ = listener_->local().port();
+    return {};
+}
+
+void MasterServer::Running::run(std::vector<JobRecord> records) {
+    for (JobRecord& record : records) core_.restore(std::move(record));
+    tick();
+    thread_ = std::thread([this] { io_.run(); });
+}
+
+void MasterServer::Running::stop() {
+    if (!thread_.joinable()) return;
+    asio::post(io_, [this] {
+        stopping_ = true;
+        end_by_s_ = now_s() + limits::goodbye_seconds;
+        listener_.reset();
+        carry_out(core_.stop(now_s()));
+        end_if_alone();
+    });
+    thread_.join();
+    storage_thread_.join();
+    for (auto& [connection, peer] : peers_) peer.connection->detach();
+    for (auto& [id, reply] : replies_)
+        reply.set_value(wire::Refusal(wire::RefusalReason::failed, "the master was stopped"));
+    replies_.clear();
+}
+
+void MasterServer::Running::end_if_alone() {
+    if (stopping_ && (peers_.empty() || now_s() >= end_by_s_)) io_.stop();
+}
+
+void MasterServer::Running::tick() {
+    carry_out(core_.tick(now_s()));
+    end_if_alone();
+    timer_.expires_after(tick_interval);
+    timer_.async_wait([this](const boost::system::error_code& error) {
+        if (!error) tick();
+    });
+}
+
+void MasterServer::Running::wait_for_change(double seconds) {
+    std::unique_lock lock(changed_mutex_);
+    const std::uint64_t seen = changes_;
+    changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return changes_ != seen; });
+}
+
+void MasterServer::Running::accept(asio::ip::tcp::socket socket) {
+    auto connection = net::Connection::make(std::move(socket), net::Connection::stranger(), *this);
+    const SessionId session = next_session_++;
+    peers_.emplace(connection.get(), Peer{connection, session});
+    sessions_.emplace(session, connection.get());
+    connection->start();
+    carry_out(core_.on_connect(session, connection->peer(), now_s()));
+}
+
+void MasterServer::Running::on_message(net::Connection& connection, wire::Envelope envelope) {
+    Peer& peer = peers_.at(&connection);
+    if (peer.session == 0) return;
+    if (const auto* hello = std::get_if<wire::Hello>(&envelope.message)) {
+        peer.role = hello->role;
+        spdlog::info("{} '{}' connects from {} with {} threads",
+                     hello->role == wire::Role::worker ? "worker" : "submitter", hello->name, connection.peer(),
+                     hello->threads);
+    }
+    asking_ = peer.session;
+    carry_out(core_.on_message(peer.session, std::move(envelope.message), envelope.request_id, now_s()));
+    asking_ = 0;
+}
+
+void MasterServer::Running::on_close(net::Connection& connection, const net::Closed& closed) {
+    const auto peer = peers_.find(&connection);
+    if (peer == peers_.end()) return;
+    spdlog::info("{} is gone: {}", connection.peer(), closed.sentence);
+    const SessionId session = peer->second.session;
+    if (session != 0) let_go(session);
+    peers_.erase(peer);
+    if (session != 0) carry_out(core_.on_disconnect(session, now_s()));
+    end_if_alone();
+}
+
+MasterServer::Running::Peer* MasterServer::Running::peer_of(SessionId session) {
+    const auto found = sessions_.find(session);
+    return found == sessions_.end() ? nullptr : &peers_.at(found->second);
+}
+
+void MasterServer::Running::let_go(SessionId session) {
+    if (Peer* peer = peer_of(session)) peer->session = 0;
+    sessions_.erase(session);
+}
+
+void MasterServer::Running::carry_out(Effects effects) {
+    for (Effect& effect : effects) std::visit([&](auto& each) { carry_out(std::move(each)); }, effect);
+    {
+        const std::lock_guard lock(changed_mutex_);
+        ++changes_;
+    }
+    changed_.notify_all();
+}
+
+void MasterServer::Running::carry_out(Send send) {
+    if (send.session == embedding_session) {
+        const auto reply = replies_.find(send.request_id);
+        if (reply == replies_.end()) return;
+        reply->second.set_value(std::move(send.message));
+        replies_.erase(reply);
+        return;
+    }
+    Peer* peer = peer_of(send.session);
+    if (!peer) return;
+    net::Connection& connection = *peer->connection;
+    if (const auto* goodbye = std::get_if<wire::Goodbye>(&send.message)) {
+        spdlog::info("goodbye to {}: {}", connection.peer(), goodbye->text);
+        connection.finish(*goodbye);
+        return;
+    }
+    connection.send(send.message, send.request_id);
+    if (const auto* welcome = std::get_if<wire::Welcome>(&send.message))
+        connection.open_session(peer->role == wire::Role::worker ? wire::from_worker : wire::from_submitter, {},
+                                welcome->heartbeat_seconds, welcome->dead_seconds);
+}
+
+void MasterServer::Running::carry_out(Close close) {
+    Peer* peer = peer_of(close.session);
+    if (!peer) return;
+    const auto connection = peer->connection;
+    let_go(close.session);
+    connection->finish(wire::Goodbye(wire::GoodbyeReason::done));
+}
+
+template <class Work, class Then>
+void MasterServer::Running::slowly(Work work, Then then) {
+    asio::post(storage_thread_, [this, work = std::move(work), then = std::move(then)]() mutable {
+        auto result = work();
+        asio::post(io_, [then = std::move(then), result = std::move(result)]() mutable { then(std::move(result)); });
+    });
+}
+
+void MasterServer::Running::begin_slow_request(SessionId session) {
+    Peer* peer = peer_of(session);
+    if (peer && ++peer->slow_requests == slow_requests_max) peer->connection->pause_reading();
+}
+
+void MasterServer::Running::end_slow_request(SessionId session) {
+    Peer* peer = peer_of(session);
+    if (peer && peer->slow_requests-- == slow_requests_max) peer->connection->resume_reading();
+}
+
+void MasterServer::Running::carry_out(Admit admit) {
+    admit.record.status.created_unix_seconds = std::time(nullptr);
+    slowly([this, admit] { return storage_.admit(admit); },
+           [this, admit](const Result<std::vector<std::uint32_t>>& missing) {
+               if (missing && missing->empty()) spdlog::info("job {} is accepted", admit.record.id());
+               carry_out(core_.on_admitted(admit, missing, now_s()));
+           });
+}
+
+void MasterServer::Running::carry_out(StoreChunk store) {
+    const SessionId session = asking_;
+    begin_slow_request(session);
+    slowly([this, chunk = std::move(store.chunk)] { return storage_.files().put_chunk(chunk); },
+           [this, session](const Result<void>& stored) {
+               if (!stored) spdlog::warn("{}", stored.error().sentence);
+               end_slow_request(session);
+           });
+}
+
+template <class Serve>
+void MasterServer::Running::serve(Serve effect) {
+    begin_slow_request(effect.session);
+    slowly([this, effect] { return storage_.serve(effect); },
+           [this, effect](wire::Message reply) {
+               end_slow_request(effect.session);
+               carry_out(Send{effect.session, std::move(reply), effect.request_id});
+           });
+}
+
+void MasterServer::Running::carry_out(Prepare prepare) {
+    slowly([this, prepare] { return storage_.prepare(prepare); },
+           [this, job = prepare.job](Result<std::shared_ptr<const PreparedJob>> prepared) {
+               if (prepared) spdlog::info("job {} begins; {}", job, (*prepared)->octree);
+               if (!prepared) spdlog::error("job {} fails: {}", job, prepared.error().sentence);
+               carry_out(core_.on_prepared(job, std::move(prepared), now_s()));
+           });
+}
+
+void MasterServer::Running::carry_out(StoreRecord store) {
+    slowly([this, record = std::move(store.record)] { return storage_.jobs().put(record); },
+           [](const Result<void>& stored) {
+               if (!stored) spdlog::error("{}; the job will run again after a restart", stored.error().sentence);
+           });
+}
+
+void MasterServer::Running::carry_out(StoreSolution store) {
+    const JobId job = store.job;
+    slowly([this, store = std::move(store)] { return storage_.store(store); },
+           [this, job](const Result<StoredSolution>& stored) {
+               if (stored) spdlog::info("job {} ends; digest {}", job, stored->digest.hex());
+               if (!stored) spdlog::error("job {} fails: {}", job, stored.error().sentence);
+               carry_out(core_.on_solution_stored(job, stored, now_s()));
+           });
+}
+
+Result<JobId> MasterServer::Running::submit(const JobSpec& spec, std::span<const std::byte> scene_bytes) {
+    wire::FileManifest manifest(scene_digest(scene_bytes), scene_bytes.size(), chunk_digests(scene_bytes));
+    std::promise<Result<Digest>> put;
+    std::future<Result<Digest>> kept = put.get_future();
+    asio::post(storage_thread_, [&] { put.set_value(files_->put(scene_bytes)); });
+    if (const auto file = kept.get(); !file) return file.error();
+    std::promise<wire::Message> promise;
+    std::future<wire::Message> reply = promise.get_future();
+    std::random_device entropy;
+    const std::uint64_t key = std::uint64_t{entropy()} << 32 | entropy();
+    asio::post(io_, [&, this] {
+        const std::uint64_t request = next_request_++;
+        replies_.emplace(request, std::move(promise));
+        wire::Submit submit(key, spec, std::move(manifest));
+        carry_out(core_.on_message(embedding_session, std::move(submit), request, now_s()));
+    });
+    const wire::Message answer = reply.get();
+    if (const auto* accepted = std::get_if<wire::SubmitReply>(&answer); accepted && accepted->job != 0)
+        return accepted->job;
+    const auto* refusal = std::get_if<wire::Refusal>(&answer);
+    if (!refusal) return failed("the scene was lost from the storage while the job was submitted");
+    return refusal->reason == wire::RefusalReason::bad_request ? bad_input(refusal->sentence)
+                                                               : failed(refusal->sentence);
+}
+
+}  // namespace lumenfarm

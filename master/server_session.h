@@ -1,0 +1,119 @@
+#pragma once
+
+#include "common/net/connection.h"
+#include "common/net/listener.h"
+#include "master/master_core.h"
+#include "master/master_server.h"
+#include "master/storage.h"
+#include "master/storage_lock.h"
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+namespace lumenfarm {
+
+/// The shell of MasterCore: one thread for all connections and the core, one for the storage.
+class MasterServer::Running : public net::ConnectionHandler {
+public:
+    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files,
+            std::unique_ptr<JobStore> jobs);
+    ~Running() override;
+
+    Result<void> listen(const std::string& where, bool allow_plaintext);
+    /// Takes the records over and starts the threads.
+    void run(std::vector<JobRecord> records);
+    void stop();
+
+    /// Runs `task` on the master's thread and gives what it returns. REQUIRES: not stopped (then: nothing).
+    template <class Task>
+    auto ask(Task task) -> std::optional<decltype(task())>;
+    MasterCore& core() { return core_; }
+    double now_s() const;
+    void carry_out(Effects effects);
+    std::uint16_t port() const { return port_; }
+    const std::string& address() const { return address_; }
+    FileStore& files() { return *files_; }
+
+    Result<JobId> submit(const JobSpec& spec, std::span<const std::byte> scene_bytes);
+    /// Waits until something may have changed, at most `seconds`.
+    void wait_for_change(double seconds);
+
+    void on_message(net::Connection& connection, wire::Envelope envelope) override;
+    void on_close(net::Connection& connection, const net::Closed& closed) override;
+
+private:
+    struct Peer {
+        std::shared_ptr<net::Connection> connection;
+        SessionId session = 0;  ///< 0: the core has let go of it
+        wire::Role role = wire::Role::submitter;
+        std::size_t slow_requests = 0;  ///< that the storage has not answered
+    };
+
+    void accept(boost::asio::ip::tcp::socket socket);
+    Peer* peer_of(SessionId session);
+    void let_go(SessionId session);
+
+    void carry_out(Send send);
+    void carry_out(Close close);
+    void carry_out(Admit admit);
+    void carry_out(StoreChunk store);
+    template <class Serve>
+    void serve(Serve effect);
+    void carry_out(ServeManifest effect) { serve(effect); }
+    void carry_out(ServeChunk effect) { serve(effect); }
+    void carry_out(Prepare prepare);
+    void carry_out(StoreRecord store);
+    void carry_out(StoreSolution store);
+
+    /// Runs `work` on the storage's thread and then `then(result)` here.
+    template <class Work, class Then>
+    void slowly(Work work, Then then);
+    void begin_slow_request(SessionId session);
+    void end_slow_request(SessionId session);
+    void tick();
+    void end_if_alone();
+
+    boost::asio::io_context io_{1};
+    boost::asio::executor_work_guard<boost::asio::io_context::executor_type> busy_{io_.get_executor()};
+    boost::asio::thread_pool storage_thread_{1};
+    boost::asio::steady_timer timer_{io_};
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+
+    StorageLock lock_;
+    std::unique_ptr<FileStore> files_;
+    std::unique_ptr<JobStore> jobs_;
+    Storage storage_;
+    MasterCore core_;
+    std::unique_ptr<net::Listener> listener_;
+    std::string address_;
+    std::uint16_t port_ = 0;
+
+    std::map<net::Connection*, Peer> peers_;
+    std::map<SessionId, net::Connection*> sessions_;
+    SessionId next_session_ = embedding_session + 1;
+    SessionId asking_ = 0;                                          ///< whose message is being handled
+    std::map<std::uint64_t, std::promise<wire::Message>> replies_;  ///< to the embedding program
+    std::uint64_t next_request_ = 1;
+
+    std::mutex changed_mutex_;
+    std::condition_variable changed_;
+    std::uint64_t changes_ = 0;
+    bool stopping_ = false;
+    double end_by_s_ = 0;
+    std::thread thread_;
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,196 @@
+#include "worker/client_session.h"
+
+#include <spdlog/spdlog.h>
+#include <boost/asio/post.hpp>
+
+#include <utility>
+
+namespace lumenfarm {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto tick_interval = std::chrono::milliseconds(100);
+
+}  // namespace
+
+WorkerClient::Running::Running(const WorkerOptions& options, const net::HostPort& master,
+                               const worker::WorkerIdentity& identity)
+    : master_(master),
+      isa_(options.isa),
+      random_(identity.instance),
+      cache_(options.cache.empty() ? worker::default_cache_folder() : options.cache, options.cache_bytes_max),
+      core_(identity) {
+    for (std::uint32_t i = 0; i < identity.threads; ++i)
+        slots_.push_back(std::make_unique<worker::SlotThread>(options.idle_priority, [this, i](SlotReport report) {
+            auto shared = std::make_shared<SlotReport>(std::move(report));
+            asio::post(io_, [this, i, shared] { carry_out(core_.on_slot(i, std::move(*shared), now_s())); });
+        }));
+    asio::post(io_, [this] {
+        connect();
+        tick();
+    });
+    thread_ = std::thread([this] { io_.run(); });
+}
+
+WorkerClient::Running::~Running() {
+    asio::post(io_, [this] { end(std::nullopt); });
+    thread_.join();
+    slots_.clear();
+    scene_thread_.join();
+    if (connection_) connection_->detach();
+}
+
+double WorkerClient::Running::now_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void WorkerClient::Running::drain() {
+    asio::post(io_, [this] { carry_out(core_.drain(now_s())); });
+}
+
+Result<void> WorkerClient::Running::wait() {
+    std::unique_lock lock(ended_mutex_);
+    ended_changed_.wait(lock, [this] { return ended_; });
+    if (error_) return *error_;
+    return {};
+}
+
+/// The threads may still be tracing their last slice; nobody waits for what they find.
+void WorkerClient::Running::end(std::optional<Error> error) {
+    connected_ = false;
+    connector_.reset();
+    tick_timer_.cancel();
+    retry_timer_.cancel();
+    if (connection_ && connection_->open()) {
+        connection_->finish(wire::Goodbye(wire::GoodbyeReason::done, "the worker ends"));
+    } else {
+        io_.stop();
+    }
+    {
+        const std::lock_guard lock(ended_mutex_);
+        if (!ended_) error_ = std::move(error);
+        ended_ = true;
+    }
+    ended_changed_.notify_all();
+}
+
+void WorkerClient::Running::connect() {
+    connector_ = std::make_unique<net::Connector>(
+        io_, master_, limits::connect_seconds,
+        [this](Result<net::Connection::Socket> socket) { on_connected(std::move(socket)); });
+}
+
+void WorkerClient::Running::on_connected(Result<net::Connection::Socket> socket) {
+    if (!socket) {
+        if (!std::exchange(said_absent_, true))
+            spdlog::warn("{}; trying again until the master is there", socket.error().sentence);
+        return connect_later();
+    }
+    connection_ = net::Connection::make(std::move(*socket), net::Connection::greeted(), *this);
+    connection_->start();
+    carry_out(core_.on_connect(now_s()));
+}
+
+void WorkerClient::Running::connect_later() {
+    const double uniform = std::uniform_real_distribution<double>(0, 1)(random_);
+    const double delay_s = net::reconnect_delay_seconds(attempts_++, uniform);
+    retry_timer_.expires_after(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(delay_s)));
+    retry_timer_.async_wait([this](const boost::system::error_code& error) {
+        if (!error && !ended_) connect();
+    });
+}
+
+void WorkerClient::Running::tick() {
+    carry_out(core_.tick(now_s()));
+    tick_timer_.expires_after(tick_interval);
+    tick_timer_.async_wait([this](const boost::system::error_code& error) {
+        if (!error && !ended_) tick();
+    });
+}
+
+void WorkerClient::Running::on_message(net::Connection& connection, wire::Envelope envelope) {
+    if (const auto* welcome = std::get_if<wire::Welcome>(&envelope.message)) {
+        wire::FrameOptions options;
+        options.protocol = welcome->protocol;
+        options.compress = welcome->compress;
+        connection.open_session(wire::from_master, options, welcome->heartbeat_seconds, welcome->dead_seconds);
+        spdlog::info("welcome at {}", connection.peer());
+        attempts_ = 0;
+        said_absent_ = false;
+        connected_ = true;
+    }
+    carry_out(core_.on_message(std::move(envelope.message), now_s()));
+}
+
+void WorkerClient::Running::on_close(net::Connection&, const net::Closed& closed) {
+    connection_.reset();
+    connected_ = false;
+    if (ended_) return io_.stop();
+    spdlog::warn("the master is gone: {}", closed.sentence);
+    carry_out(core_.on_disconnect(closed.goodbye, now_s()));
+    if (ended_) return;
+    connect_later();
+}
+
+void WorkerClient::Running::carry_out(worker::Effects effects) {
+    for (worker::Effect& effect : effects) std::visit([&](auto& each) { carry_out(each); }, effect);
+    merged_ = core_.particles_merged();
+    pump();
+}
+
+/// Sends parts of results while the connection takes them.
+void WorkerClient::Running::pump() {
+    while (connection_ && connection_->open() && !connection_->congested()) {
+        const auto part = core_.next_bulk();
+        if (!part) return;
+        connection_->send(*part);
+    }
+}
+
+void WorkerClient::Running::carry_out(const worker::Send& send) {
+    if (connection_) connection_->send(send.message);
+}
+
+void WorkerClient::Running::carry_out(const worker::LoadScene& load) {
+    asio::post(scene_thread_, [this, scene = load.scene] {
+        const auto bytes = cache_.load(scene);
+        asio::post(io_, [this, scene, bytes] { carry_out(core_.on_scene_loaded(scene, bytes, now_s())); });
+    });
+}
+
+void WorkerClient::Running::carry_out(const worker::KeepScene& keep) {
+    asio::post(scene_thread_, [this, keep] {
+        if (const auto kept = cache_.keep(keep.scene, *keep.bytes); !kept)
+            spdlog::warn("the scene is not cached: {}", kept.error().sentence);
+    });
+}
+
+void WorkerClient::Running::carry_out(const worker::PrepareJob& effect) {
+    asio::post(scene_thread_, [this, effect] {
+        auto prepared = prepare(effect);
+        if (!prepared) spdlog::error("job {} can't be traced here: {}", effect.info.job, prepared.error().sentence);
+        asio::post(io_, [this, job = effect.info.job, prepared = std::move(prepared)]() mutable {
+            carry_out(core_.on_job_prepared(job, std::move(prepared), now_s()));
+        });
+    });
+}
+
+Result<std::shared_ptr<const JobContext>> WorkerClient::Running::prepare(const worker::PrepareJob& effect) {
+    auto scene = scene_name_ == effect.info.scene ? scene_.lock() : nullptr;
+    if (!scene) {
+        auto made = make_scene_context(*effect.scene_bytes, isa_);
+        if (!made) return made.error();
+        scene = std::move(*made);
+        scene_ = scene;
+        scene_name_ = effect.info.scene;
+    }
+    return make_job_context(effect.info, std::move(scene));
+}
+
+void WorkerClient::Running::carry_out(const worker::Finished&) { end(std::nullopt); }
+void WorkerClient::Running::carry_out(const worker::GiveUp& give_up) { end(failed(give_up.sentence)); }
+
+}  // namespace lumenfarm

@@ -1,0 +1,95 @@
+#pragma once
+
+#include "common/net/connection.h"
+#include "common/net/connector.h"
+#include "worker/scene_cache.h"
+#include "worker/slot_thread.h"
+#include "worker/worker_client.h"
+#include "worker/worker_core.h"
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace lumenfarm {
+
+/// The shell of WorkerCore: a thread for the connection and the core, one for scenes, one for each slot.
+class WorkerClient::Running : public net::ConnectionHandler {
+public:
+    Running(const WorkerOptions& options, const net::HostPort& master, const worker::WorkerIdentity& identity);
+    ~Running() override;
+
+    void drain();
+    Result<void> wait();
+    bool connected() const { return connected_; }
+    std::uint64_t particles_merged() const { return merged_; }
+
+    void on_message(net::Connection& connection, wire::Envelope envelope) override;
+    void on_close(net::Connection& connection, const net::Closed& closed) override;
+    void on_outbox_low(net::Connection&) override { pump(); }
+
+private:
+    double now_s() const;
+    void connect();
+    void on_connected(Result<net::Connection::Socket> socket);
+    void connect_later();
+    void tick();
+    void end(std::optional<Error> error);
+
+    void carry_out(worker::Effects effects);
+    void carry_out(const worker::Send& send);
+    void carry_out(const worker::StartSlot& effect) { slots_[effect.slot]->start(effect.work); }
+    void carry_out(const worker::ContinueSlot& effect) { slots_[effect.slot]->resume(); }
+    void carry_out(const worker::TellSlot& effect) { slots_[effect.slot]->tell(effect.ask); }
+    void carry_out(const worker::InterruptSlot& effect) { slots_[effect.slot]->interrupt(effect.ask); }
+    void carry_out(const worker::LoadScene& load);
+    void carry_out(const worker::KeepScene& keep);
+    void carry_out(const worker::PrepareJob& prepare);
+    void carry_out(const worker::Finished&);
+    void carry_out(const worker::GiveUp& give_up);
+    void pump();
+    Result<std::shared_ptr<const JobContext>> prepare(const worker::PrepareJob& effect);
+
+    net::HostPort master_;
+    std::string isa_;
+    boost::asio::io_context io_{1};
+    boost::asio::executor_work_guard<boost::asio::io_context::executor_type> busy_{io_.get_executor()};
+    boost::asio::thread_pool scene_thread_{1};
+    boost::asio::steady_timer tick_timer_{io_};
+    boost::asio::steady_timer retry_timer_{io_};
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::mt19937_64 random_;
+
+    worker::SceneCache cache_;
+    Digest scene_name_;                        ///< of scene_; scenes' thread only
+    std::weak_ptr<const SceneContext> scene_;  ///< made last, for jobs that share it
+    worker::WorkerCore core_;
+    std::unique_ptr<net::Connector> connector_;
+    std::shared_ptr<net::Connection> connection_;
+    unsigned attempts_ = 0;
+    bool said_absent_ = false;
+
+    std::atomic<bool> connected_ = false;
+    std::atomic<std::uint64_t> merged_ = 0;
+    std::mutex ended_mutex_;
+    std::condition_variable ended_changed_;
+    bool ended_ = false;
+    std::optional<Error> error_;
+    std::vector<std::unique_ptr<worker::SlotThread>> slots_;
+    std::thread thread_;
+};
+
+}  // namespace lumenfarm

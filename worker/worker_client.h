@@ -1,0 +1,48 @@
+#pragma once
+
+#include "common/support/result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+/// The worker as a running thing: WorkerCore behind a connection that it keeps trying to have, one tracing thread a
+/// slot. lumenfarm-worker is one of these and a signal handler; `lumenfarm run` embeds some. Logs go to spdlog's
+/// default logger.
+namespace lumenfarm {
+
+struct WorkerOptions {
+    std::string master = "127.0.0.1:7420";  ///< HOST:PORT
+    std::uint32_t threads = 0;              ///< tracing threads; 0 is one for each core
+    std::filesystem::path cache;            ///< of scenes; empty: worker::default_cache_folder()
+    std::uint64_t cache_bytes_max = std::uint64_t{20} << 30;
+    std::string name;           ///< empty: the machine's
+    std::string isa;            ///< Embree ISA; empty: the best of this machine
+    bool idle_priority = true;  ///< tracing threads yield to everything else on the machine
+};
+
+class WorkerClient {
+public:
+    /// Starts its threads and returns at once; the master need not be there yet. Errors: bad_input (address, threads,
+    /// ISA), failed (Embree).
+    static Result<std::unique_ptr<WorkerClient>> start(const WorkerOptions& options);
+    ~WorkerClient();  ///< ends without waiting for results
+
+    // Any thread may call these.
+
+    /// Hands over what is done and returns the rest of its leases; wait() returns within limits::drain_seconds and the
+    /// time of a slice.
+    void drain();
+    /// Until the worker has drained, or the master refuses it. Errors: failed, with the master's sentence.
+    Result<void> wait();
+    bool connected() const;                  ///< and welcome
+    std::uint64_t particles_merged() const;  ///< that the master has acknowledged
+
+private:
+    class Running;
+    explicit WorkerClient(std::unique_ptr<Running> running);
+    std::unique_ptr<Running> running_;
+};
+
+}  // namespace lumenfarm
