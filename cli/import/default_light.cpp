@@ -15,11 +15,12 @@ constexpr double reflectance = 0.8;
 MeshPart default_light(SceneBuilder& builder) {
     const Box box = bounding_box(builder.scene());
     const Vec3d size = box.high - box.low;
-    const double least = std::max({size.x, size.y, size.z}) * 0.01;  // a flat scene still gets a light with an area
+    const double extent = std::max({size.x, size.y, size.z});
+    const double least = extent * 0.01;  // a flat scene still gets a light with an area
     const double half_x = std::max(size.x, least) / 4;
     const double half_z = std::max(size.z, least) / 4;
     const Vec3d centre = (box.low + box.high) * 0.5;
-    const double y = box.high.y - std::max(size.y * gap_of_height, size.y > 0 ? 0.0 : -least * 50);
+    const double y = size.y > least ? box.high.y - size.y * gap_of_height : box.high.y + extent / 2;
 
     Material material;
     material.name = "default light";

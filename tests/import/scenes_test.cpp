@@ -125,18 +125,18 @@ void import_mutants(const std::string& name, const std::string& text, int rounds
     }
 }
 
-TEST(Mutants, OfGltfNeverCrash) { import_mutants("m.gltf", test::square_gltf, 2'000); }
+TEST(Mutants, OfGltfNeverCrash) { import_mutants("m.gltf", test::square_gltf, 700); }
 
 TEST(Mutants, OfGlbNeverCrash) {
-    import_mutants(
-        "m.glb", test::glb(test::replaced(test::square_gltf, R"("uri": "mesh.bin", )", ""), test::square_bin()), 2'000);
+    import_mutants("m.glb",
+                   test::glb(test::replaced(test::square_gltf, R"("uri": "mesh.bin", )", ""), test::square_bin()), 700);
 }
 
 TEST(Mutants, OfObjNeverCrash) {
     import_mutants("m.obj",
                    "mtllib scene.mtl\no a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 1\nusemtl m\nf 1/1 2/1 3/1\ng b c\n"
                    "f -3 -2 -1\n",
-                   2'000);
+                   700);
 }
 
 }  // namespace
