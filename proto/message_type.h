@@ -70,7 +70,7 @@ struct MessageRule {
 };
 
 inline constexpr std::uint32_t small_payload_bytes_max = 8'192;      ///< fixed fields and one or two texts
-inline constexpr std::uint32_t list_payload_bytes_max = 512u << 10;  ///< of leases and claims
+inline constexpr std::uint32_t list_payload_bytes_max = 640u << 10;  ///< of leases and claims
 inline constexpr std::uint32_t bulk_payload_bytes_max = limits::frame_payload_bytes_max;
 
 inline constexpr auto message_rules = std::to_array<MessageRule>({

@@ -154,7 +154,7 @@ struct ResultDone {
                cpu_seconds);
     }
 };
-static_assert(limits::claims_per_result_max * 28 + 1'024 <= payload_bytes_max(MessageType::result_done));
+static_assert(limits::claims_per_result_max * 32 + 1'024 <= payload_bytes_max(MessageType::result_done));
 
 enum class Verdict : std::uint8_t {
     accepted,        ///< merged and durable as far as the master promises: forget the result
