@@ -12,8 +12,8 @@ struct SinCos {
     double sin, cos;
 };
 
-/// sin and cos of 2 pi turns, within 1e-11. REQUIRES: 0 <= turns <= 1. No branches: the quadrant of a random angle would
-/// be mispredicted half of the time.
+/// sin and cos of 2 pi turns, within 1e-11. REQUIRES: 0 <= turns <= 1. No branches: the quadrant of a random angle
+/// would be mispredicted half of the time.
 inline SinCos sin_cos_turns(double turns) {
     // reduce to an eighth of a turn either side of a multiple of a quarter: exact, as 4 * turns - q is
     const double quarters = 4.0 * turns;
@@ -66,8 +66,8 @@ inline double pdf_uniform_zone(Vec3d local, double cos_low, double cos_high) {
 }
 
 /// About +z, density in proportion to 1 for cos(theta) >= cos_inner and to x^2, x = (cos - cos_outer) / (cos_inner -
-/// cos_outer), down to cos_outer: the spot of KHR_lights_punctual. x is the largest of three uniforms, whose distribution
-/// is x^3. REQUIRES: u, v, w1, w2 in (0, 1).
+/// cos_outer), down to cos_outer: the spot of KHR_lights_punctual. x is the largest of three uniforms, whose
+/// distribution is x^3. REQUIRES: u, v, w1, w2 in (0, 1).
 inline Vec3d sample_spot(double u, double v, double w1, double w2, double cos_inner, double cos_outer) {
     const double inner = 1 - cos_inner;
     const double edge = (cos_inner - cos_outer) / 3;

@@ -39,32 +39,26 @@ constexpr Directions directions_of(const Polynomial& p) {
     return v;
 }
 
-using ByteTables = std::array<std::array<std::uint32_t, 256>, 4>;
-
 constexpr std::uint32_t reversed(std::uint32_t x) {
     std::uint32_t r = 0;
     for (std::uint32_t bit = 0; bit < 32; ++bit) r |= (x >> bit & 1u) << (31 - bit);
     return r;
 }
 
-constexpr ByteTables byte_tables(const Directions& directions) {
-    ByteTables tables{};
-    for (std::uint32_t byte = 0; byte < 4; ++byte)
-        for (std::uint32_t value = 0; value < 256; ++value)
-            for (std::uint32_t bit = 0; bit < 8; ++bit)
-                if (value >> bit & 1u) tables[byte][value] ^= reversed(directions[8 * byte + bit]);
+constexpr std::array<std::array<SobolPoint, 256>, 4> byte_tables() {
+    std::array<std::array<SobolPoint, 256>, 4> tables{};
+    for (std::uint32_t d = 0; d < sobol_dimensions; ++d) {
+        const Directions directions = d == 0 ? van_der_corput() : directions_of(polynomials[d - 1]);
+        for (std::uint32_t byte = 0; byte < 4; ++byte)
+            for (std::uint32_t value = 0; value < 256; ++value)
+                for (std::uint32_t bit = 0; bit < 8; ++bit)
+                    if (value >> bit & 1u) tables[byte][value][d] ^= reversed(directions[8 * byte + bit]);
+    }
     return tables;
-}
-
-constexpr std::array<ByteTables, sobol_dimensions> all_tables() {
-    std::array<ByteTables, sobol_dimensions> all{};
-    all[0] = byte_tables(van_der_corput());
-    for (std::uint32_t d = 1; d < sobol_dimensions; ++d) all[d] = byte_tables(directions_of(polynomials[d - 1]));
-    return all;
 }
 
 }  // namespace
 
-constexpr std::array<std::array<std::array<std::uint32_t, 256>, 4>, sobol_dimensions> sobol_reversed_tables = all_tables();
+const std::array<std::array<SobolPoint, 256>, 4> sobol_reversed_tables = byte_tables();
 
 }  // namespace lumenfarm

@@ -36,4 +36,14 @@ double MaterialTable::texture_albedo(std::uint32_t index, std::uint32_t bin, Vec
     return low * (1 - fy) + high * fy;
 }
 
+Vec2f MaterialTable::uv_at(std::uint32_t triangle, double b1, double b2) const {
+    const Triangle& corners = scene_->triangles[triangle];
+    const auto mix = [&](float Vec2f::*axis) {
+        return static_cast<float>((1 - b1 - b2) * static_cast<double>(scene_->uvs[corners[0]].*axis) +
+                                  b1 * static_cast<double>(scene_->uvs[corners[1]].*axis) +
+                                  b2 * static_cast<double>(scene_->uvs[corners[2]].*axis));
+    };
+    return {mix(&Vec2f::x), mix(&Vec2f::y)};
+}
+
 }  // namespace lumenfarm

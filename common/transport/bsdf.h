@@ -23,7 +23,9 @@ public:
         const double value = value_at(scene_->spectra[slot.spectrum], bin);
         return slot.texture == none ? value : value * texture_albedo(slot.texture, bin, uv());
     }
-    const Material& material(std::uint32_t index) const { return scene_->materials[index]; }
+    bool textured() const { return !scene_->textures.empty() && !scene_->uvs.empty(); }
+    /// Interpolated texture coordinates. REQUIRES: textured().
+    Vec2f uv_at(std::uint32_t triangle, double b1, double b2) const;
     double refractive_index(const Material& material, std::uint32_t bin) const {
         return value_at(scene_->spectra[material.refractive_index], bin);
     }
@@ -52,7 +54,7 @@ struct Lobes {
     Kind second_kind = Kind::mirror;
     double first = 0;
     double second = 0;
-    double relative_index = 1;   ///< refracted: n behind over n before
+    double relative_index = 1;  ///< refracted: n behind over n before
     double cos_transmitted = 0;
     double albedo() const { return first + second; }
 };
@@ -77,7 +79,8 @@ inline Lobes glass_lobes(const MaterialTable& materials, const Material& materia
 }
 
 /// Chooses glass or not by `chance` in [0, 1), which is then stretched to [0, 1) again for the next choice.
-inline Lobes choose_lobes(const MaterialTable& materials, const Material& material, const Incidence& incidence, double& chance) {
+inline Lobes choose_lobes(const MaterialTable& materials, const Material& material, const Incidence& incidence,
+                          double& chance) {
     const double glass = static_cast<double>(material.dielectric);
     if (chance < glass) {
         chance /= glass;

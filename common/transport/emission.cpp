@@ -32,7 +32,8 @@ const std::array<double, wavelength_bins>& visibility_weight() {
 
 double light_area_m2(const Scene& scene, const Surface& surface) {
     double area = 0;
-    for (std::uint32_t t = 0; t < surface.triangle_count; ++t) area += triangle_area_m2(scene, surface.first_triangle + t);
+    for (std::uint32_t t = 0; t < surface.triangle_count; ++t)
+        area += triangle_area_m2(scene, surface.first_triangle + t);
     return area;
 }
 
@@ -78,7 +79,9 @@ void fill_wavelengths(const Spectrum& spectrum, LightEmission& light) {
 void fill_guide(LightEmission& light) {
     std::uint16_t bin = 0;
     for (std::uint32_t g = 0; g < wavelength_guide_size; ++g) {
-        while (bin + 1u < wavelength_bins && light.cumulative[bin + 1u] <= static_cast<double>(g) / wavelength_guide_size) ++bin;
+        while (bin + 1u < wavelength_bins &&
+               light.cumulative[bin + 1u] <= static_cast<double>(g) / wavelength_guide_size)
+            ++bin;
         light.wavelength_guide.push_back(bin);
     }
 }

@@ -33,7 +33,7 @@ inline std::uint16_t hit_flags(std::uint32_t bounce, std::uint32_t batch, std::u
 /// The batch of a particle: blocks of 64 consecutive indices in turn, so that every batch is spread over the light.
 inline std::uint32_t batch_of(std::uint64_t particle) { return static_cast<std::uint32_t>(particle >> 6 & 31u); }
 
-/// Octahedral map of a unit vector to 2 x 16 bits and back (within 5e-5 rad) [Cigolle et al. 2014].
+/// Octahedral map of a unit vector to 2 x 16 bits and back (within 7e-5 rad) [Cigolle et al. 2014].
 struct OctahedralDirection {
     std::uint16_t u = 0, v = 0;
 };

@@ -26,26 +26,21 @@ struct LaunchedParticle {
 class Launcher {
 public:
     /// REQUIRES: the arguments outlive this.
-    Launcher(const Scene& scene, const Emission& emission, const std::vector<TriangleRecord>& triangles, std::uint64_t seed,
-             std::uint32_t light);
+    Launcher(const Scene& scene, const Emission& emission, const std::vector<TriangleRecord>& triangles,
+             std::uint64_t seed, std::uint32_t light);
     LaunchedParticle launch(std::uint32_t particle) const;
 
 private:
     enum Dimension : std::uint32_t { area_u, area_v, angle_u, angle_v, wavelength, side };
-    double coordinate(std::uint32_t particle, Dimension dimension) const;
     std::uint32_t wavelength_bin(double u) const;
-    void leave_surface(std::uint32_t particle, LaunchedParticle& launched) const;
+    void leave_surface(const SobolPoint& point, LaunchedParticle& launched) const;
 
     const Scene* scene_;
     const Light* light_;
     const LightEmission* emission_;
     const std::vector<TriangleRecord>* triangles_;
-    std::array<std::uint32_t, 6> scramble_;
+    SobolPoint scramble_;
 };
-
-inline double Launcher::coordinate(std::uint32_t particle, Dimension dimension) const {
-    return uniform(scrambled_sobol(particle, dimension, scramble_[dimension]));
-}
 
 inline std::uint32_t Launcher::wavelength_bin(double u) const {
     std::uint32_t bin = emission_->wavelength_guide[static_cast<std::uint32_t>(u * wavelength_guide_size)];
@@ -53,38 +48,39 @@ inline std::uint32_t Launcher::wavelength_bin(double u) const {
     return bin;
 }
 
-inline void Launcher::leave_surface(std::uint32_t particle, LaunchedParticle& launched) const {
+inline void Launcher::leave_surface(const SobolPoint& point, LaunchedParticle& launched) const {
     const Surface& surface = scene_->surfaces[light_->surface];
     const auto& cumulative = emission_->triangle_cumulative;
     // the triangle takes the first coordinate, which is stretched over it again
-    double u = coordinate(particle, area_u);
+    double u = uniform(point[area_u]);
     const auto above = std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, u);
     const auto t = static_cast<std::uint32_t>(above - cumulative.begin() - 1);
     u = std::clamp((u - cumulative[t]) / (cumulative[t + 1] - cumulative[t]), 0.0, 1.0);
     launched.from_triangle = surface.first_triangle + t;
     const TriangleRecord& triangle = (*triangles_)[launched.from_triangle];
-    const Barycentrics b = sample_triangle(u, coordinate(particle, area_v));
+    const Barycentrics b = sample_triangle(u, uniform(point[area_v]));
     launched.origin = point_on(triangle, b.b1, b.b2);
-    const bool back = scene_->materials[surface.material].double_sided && coordinate(particle, side) < 0.5;
-    const Vec3d local = sample_cosine_hemisphere(coordinate(particle, angle_u), coordinate(particle, angle_v));
+    const bool back = scene_->materials[surface.material].double_sided && uniform(point[side]) < 0.5;
+    const Vec3d local = sample_cosine_hemisphere(uniform(point[angle_u]), uniform(point[angle_v]));
     launched.direction = frame_about(back ? -triangle.normal : triangle.normal).to_world(local);
 }
 
 inline LaunchedParticle Launcher::launch(std::uint32_t particle) const {
+    const SobolPoint point = scrambled_sobol(particle, scramble_);
     LaunchedParticle launched;
-    launched.wavelength = wavelength_bin(coordinate(particle, wavelength));
+    launched.wavelength = wavelength_bin(uniform(point[wavelength]));
     launched.energy = emission_->energy[launched.wavelength];
     if (light_->kind == LightKind::surface) {
-        leave_surface(particle, launched);
+        leave_surface(point, launched);
         return launched;
     }
     launched.origin = light_->position;
-    const double u = coordinate(particle, angle_u);
-    const double v = coordinate(particle, angle_v);
+    const double u = uniform(point[angle_u]);
+    const double v = uniform(point[angle_v]);
     const Frame axis = frame_about(light_->direction);
     if (light_->kind == LightKind::spot)
-        launched.direction = axis.to_world(sample_spot(u, v, coordinate(particle, area_u), coordinate(particle, area_v),
-                                                       light_->cos_inner, light_->cos_outer));
+        launched.direction = axis.to_world(
+            sample_spot(u, v, uniform(point[area_u]), uniform(point[area_v]), light_->cos_inner, light_->cos_outer));
     else if (light_->lambertian)
         launched.direction = axis.to_world(sample_cosine_hemisphere(u, v));
     else

@@ -14,6 +14,15 @@
 /// One step of a particle's life: where it is met, what is recorded, how it goes on.
 namespace lumenfarm {
 
+/// What a step asks of a surface, without its names.
+struct SurfaceFacts {
+    const Material* material;
+    double near_volume;  ///< an edge volume below this may belong to a point nearer to that edge than near_edge_m()
+};
+/// An edge volume is the edge's length times the distance at which the ray's line passes it, if the direction is a unit
+/// vector; and that distance is at most the one in the plane of the triangle.
+std::vector<SurfaceFacts> surface_facts(const Scene& scene, const RayQuery& query);
+
 /// A particle in flight.
 struct Flight {
     Ray ray;
@@ -27,29 +36,33 @@ struct Flight {
 /// The rules of a job, over a scene. Stateless: everything is drawn from (seed, light, particle, bounce).
 class PathRules {
 public:
-    PathRules(const Scene& scene, const RayQuery& query, const MaterialTable& materials, const JobSpec& spec,
-              std::uint32_t light)
-        : scene_(&scene), query_(&query), materials_(&materials), spec_(&spec), light_(light) {}
+    PathRules(const MaterialTable& materials, const std::vector<TriangleRecord>& triangles,
+              const std::vector<SurfaceFacts>& surfaces, const JobSpec& spec, std::uint32_t light)
+        : materials_(&materials),
+          triangles_(triangles.data()),
+          surfaces_(surfaces.data()),
+          spec_(&spec),
+          light_(light) {}
 
     /// A particle at its light; books what it emits.
     Flight start(const Launcher& launcher, std::uint32_t particle, EnergyBalance& balance) const;
-    /// Takes the particle on from the triangle that its ray meets (none: it escapes); books, records, and either sets the
-    /// next ray (true) or ends the path (false).
+    /// Takes the particle on from the triangle that its ray meets (none: it escapes); books, records, and either sets
+    /// the next ray (true) or ends the path (false).
     bool advance(Flight& flight, const RayAnswer& met, TracedHits& hits) const;
 
 private:
     /// True: the particle goes on with the lobe's direction. Books what ends.
     bool survive(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits, EnergyBalance& balance,
                  Lobes::Kind& kind) const;
-    bool survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance, Lobes::Kind& kind) const;
-    bool survive_attenuated(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits, EnergyBalance& balance,
-                            Lobes::Kind& kind) const;
+    bool survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
+                        Lobes::Kind& kind) const;
+    bool survive_attenuated(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
+                            EnergyBalance& balance, Lobes::Kind& kind) const;
     bool pass_cutoff(Flight& flight, EnergyBalance& balance) const;
-    Vec2f uv_at(std::uint32_t triangle, double b1, double b2) const;
 
-    const Scene* scene_;
-    const RayQuery* query_;
     const MaterialTable* materials_;
+    const TriangleRecord* triangles_;
+    const SurfaceFacts* surfaces_;
     const JobSpec* spec_;
     std::uint32_t light_;
 };
@@ -61,19 +74,6 @@ inline constexpr std::uint32_t roulette_block = 1;
 inline std::uint16_t packed_weight(double b) {
     const double scaled = b * 65536;
     return static_cast<std::uint16_t>(scaled < 65535 ? (scaled > 0 ? scaled : 0) : 65535);
-}
-
-/// Distance of a point from the nearest edge of its triangle is at least its least weight times the least height; the
-/// least height is twice the area over the longest edge.
-inline bool lies_near_edge(const TriangleRecord& triangle, double b1, double b2, double near_m) {
-    const auto& c = triangle.corners;
-    const Vec3f e0 = c[1] - c[0];
-    const Vec3f e1 = c[2] - c[1];
-    const Vec3f e2 = c[0] - c[2];
-    const double longest2 = static_cast<double>(std::max({dot(e0, e0), dot(e1, e1), dot(e2, e2)}));
-    const Vec3f area = cross(e0, e1);
-    const double least = std::min({b1, b2, 1 - b1 - b2});
-    return least <= 0 || least * least * static_cast<double>(dot(area, area)) < near_m * near_m * longest2;
 }
 
 inline Flight PathRules::start(const Launcher& launcher, std::uint32_t particle, EnergyBalance& balance) const {
@@ -95,7 +95,7 @@ inline bool PathRules::advance(Flight& flight, const RayAnswer& met, TracedHits&
         balance.escaped += flight.energy;
         return false;
     }
-    const TriangleRecord& triangle = query_->triangles()[met.triangle];
+    const TriangleRecord& triangle = triangles_[met.triangle];
     const EdgeVolumes e = edge_volumes(triangle, flight.ray.origin, flight.ray.direction);
     const double scale = 1 / (e.e0 + e.e1 + e.e2);
     const double b1 = e.e1 * scale;
@@ -113,12 +113,13 @@ inline bool PathRules::advance(Flight& flight, const RayAnswer& met, TracedHits&
 
     // choose how it goes on
     const auto draws = philox(spec_->seed, {flight.particle, light_, flight.bounce, scatter_block});
-    const Material& material = materials_->material(scene_->surfaces[triangle.surface].material);
-    Incidence incidence{flight.ray.direction, back ? -triangle.normal : triangle.normal, std::abs(approach), back,
-                        flight.wavelength, {}};
-    if (!scene_->uvs.empty()) incidence.uv = uv_at(met.triangle, b1, b2);
+    const SurfaceFacts& surface = surfaces_[triangle.surface];
+    Incidence incidence{flight.ray.direction, back ? -triangle.normal : triangle.normal,
+                        std::abs(approach),   back,
+                        flight.wavelength,    {}};
+    if (materials_->textured()) incidence.uv = materials_->uv_at(met.triangle, b1, b2);
     double chance = uniform(draws[0]);
-    const Lobes lobes = choose_lobes(*materials_, material, incidence, chance);
+    const Lobes lobes = choose_lobes(*materials_, *surface.material, incidence, chance);
     Lobes::Kind kind{};
     if (!survive(flight, lobes, chance, draws[3], balance, kind)) return false;
     if (++flight.bounce == limits::bounces_max) {
@@ -129,18 +130,18 @@ inline bool PathRules::advance(Flight& flight, const RayAnswer& met, TracedHits&
     flight.ray.origin = point_on(triangle, b1, b2);
     flight.ray.direction = scattered_direction(lobes, kind, incidence, uniform(draws[1]), uniform(draws[2]));
     flight.ray.from_triangle = met.triangle;
-    flight.ray.near_edge = lies_near_edge(triangle, b1, b2, query_->near_edge_m());
+    flight.ray.near_edge = std::min({std::abs(e.e0), std::abs(e.e1), std::abs(e.e2)}) < surface.near_volume;
     return true;
 }
 
-inline bool PathRules::survive(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits, EnergyBalance& balance,
-                        Lobes::Kind& kind) const {
+inline bool PathRules::survive(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
+                               EnergyBalance& balance, Lobes::Kind& kind) const {
     return spec_->absorption == Absorption::analog ? survive_analog(flight, lobes, chance, balance, kind)
                                                    : survive_attenuated(flight, lobes, chance, bits, balance, kind);
 }
 
 inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
-                               Lobes::Kind& kind) const {
+                                      Lobes::Kind& kind) const {
     // survive with probability albedo, energy unchanged [Arvo and Kirk 1990]
     if (chance < lobes.first) {
         kind = lobes.first_kind;
@@ -155,7 +156,7 @@ inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double
 }
 
 inline bool PathRules::survive_attenuated(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
-                                   EnergyBalance& balance, Lobes::Kind& kind) const {
+                                          EnergyBalance& balance, Lobes::Kind& kind) const {
     // energy shrinks by the albedo, rounded up or down by chance so that its expectation is exact
     const double rounding = uniform(bits);
     const double left = flight.energy * std::min(lobes.albedo(), 1.0) + rounding;
@@ -182,15 +183,6 @@ inline bool PathRules::pass_cutoff(Flight& flight, EnergyBalance& balance) const
     }
     balance.cut_off += flight.energy;
     return false;
-}
-
-inline Vec2f PathRules::uv_at(std::uint32_t triangle, double b1, double b2) const {
-    const Triangle& corners = scene_->triangles[triangle];
-    const auto mix = [&](auto&& of) {
-        return static_cast<float>((1 - b1 - b2) * static_cast<double>(of(corners[0])) +
-                                  b1 * static_cast<double>(of(corners[1])) + b2 * static_cast<double>(of(corners[2])));
-    };
-    return {mix([&](std::uint32_t v) { return scene_->uvs[v].x; }), mix([&](std::uint32_t v) { return scene_->uvs[v].y; })};
 }
 
 }  // namespace lumenfarm

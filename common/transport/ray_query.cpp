@@ -13,14 +13,14 @@ namespace {
 
 // Lengths as fractions of the scene's half extent S. Embree computes in float (2^-24): its error across the ray stays
 // around 2^-21 S, and grows along the plane of a triangle as 1 / cos of the angle of incidence.
-constexpr double enlargement = 0x1p-16;       ///< by which each edge of Embree's triangles is moved outwards
-constexpr double certain_inside = 0x1p-17;    ///< a candidate farther inside its true edges than this is met for certain
-constexpr double distance_window = 0x1p-17;   ///< candidates closer to each other along the ray are compared in double
-constexpr double near_distance = 0x1p-15;     ///< meetings closer to the origin are looked for only where near_edge is set
+constexpr double enlargement = 0x1p-16;      ///< by which each edge of Embree's triangles is moved outwards
+constexpr double certain_inside = 0x1p-17;   ///< a candidate farther inside its true edges than this is met for certain
+constexpr double distance_window = 0x1p-17;  ///< candidates closer to each other along the ray are compared in double
+constexpr double near_distance = 0x1p-15;  ///< meetings closer to the origin are looked for only where near_edge is set
 constexpr double near_edge = 0x1p-13;
-constexpr float certain_cosine = 0.125f;      ///< more grazing candidates are decided in double
-constexpr double origin_window = 1e-12;       ///< of S: meetings closer than this are the origin itself
-constexpr double sliver_ratio = 4;            ///< enlarging by more than this factor needs the bounding parallelogram
+constexpr float certain_cosine = 0.125f;  ///< more grazing candidates are decided in double
+constexpr double origin_window = 1e-12;   ///< of S: meetings closer than this are the origin itself
+constexpr double sliver_ratio = 4;        ///< enlarging by more than this factor needs the bounding parallelogram
 
 struct DeviceRelease {
     void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -59,7 +59,8 @@ Enlarged enlarged(const std::array<Vec3d, 3>& p, double delta) {
     const double height = length(across);
     across = across * (1 / height);
     const Vec3d corner = from - along * delta - across * delta;
-    return {{corner, corner + along * (2 * (std::max({a, b, c}) + 2 * delta)), corner + across * (2 * (height + 2 * delta))},
+    return {{corner, corner + along * (2 * (std::max({a, b, c}) + 2 * delta)),
+             corner + across * (2 * (height + 2 * delta))},
             false};
 }
 
@@ -91,8 +92,18 @@ public:
         std::uint64_t sum = 0;
         RTCRayHit hit{};
         for (const RayQuery::BareRay& ray : rays) {
-            hit.ray = {ray.origin.x, ray.origin.y, ray.origin.z, ray.near, ray.direction.x, ray.direction.y, ray.direction.z,
-                       0, std::numeric_limits<float>::infinity(), ~0u, 0, 0};
+            hit.ray = {ray.origin.x,
+                       ray.origin.y,
+                       ray.origin.z,
+                       ray.near,
+                       ray.direction.x,
+                       ray.direction.y,
+                       ray.direction.z,
+                       0,
+                       std::numeric_limits<float>::infinity(),
+                       ~0u,
+                       0,
+                       0};
             hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
             hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
             rtcIntersect1(scene_.get(), &context, &hit);
@@ -132,7 +143,8 @@ private:
     std::vector<TriangleRecord> records_;
     std::vector<std::uint32_t> first_triangle_;  ///< by surface, which is Embree's geometry
     /// By surface: (enlargement + certain_inside) * longest enlarged edge; over twice the area it is the barycentric
-    /// margin that a certain meeting keeps from every edge. Infinite for a surface with slivers: all is decided in double.
+    /// margin that a certain meeting keeps from every edge. Infinite for a surface with slivers: all is decided in
+    /// double.
     std::vector<float> margin_;
     Vec3d centre_;
     double half_extent_ = 1;
@@ -161,10 +173,10 @@ void EmbreeQuery::add_surface(const Scene& scene, std::uint32_t s) {
     const Surface& surface = scene.surfaces[s];
     const std::size_t count = surface.triangle_count;
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                                 sizeof(Vec3f), 3 * count));
-    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                                        3 * sizeof(std::uint32_t), count));
+    auto* vertices = static_cast<Vec3f*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), 3 * count));
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
     double longest = 0;
     if (vertices && indices) {
         for (std::uint32_t t = 0; t < count; ++t) {
@@ -212,7 +224,8 @@ Result<std::unique_ptr<RayQuery>> EmbreeQuery::make(const Scene& scene, const st
     rtcCommitScene(query->scene_.get());
     if (const RTCError error = rtcGetDeviceError(query->device_.get()); error != RTC_ERROR_NONE)
         return failed("Embree could not build its hierarchy of " + std::to_string(scene.triangles.size()) +
-                      " triangles (error " + std::to_string(error) + (error == RTC_ERROR_OUT_OF_MEMORY ? ", out of memory)" : ")"));
+                      " triangles (error " + std::to_string(error) +
+                      (error == RTC_ERROR_OUT_OF_MEMORY ? ", out of memory)" : ")"));
     return std::unique_ptr<RayQuery>(std::move(query));
 }
 
@@ -287,8 +300,18 @@ RayAnswer EmbreeQuery::nearest(const Ray& ray) const {
     const Vec3f origin = (ray.origin - centre_ - ray.direction * context.shift).as<float>();
     const Vec3f direction = ray.direction.as<float>();
     RTCRayHit hit;
-    hit.ray = {origin.x, origin.y, origin.z, careful ? 0 : static_cast<float>(near_distance / 2 * half_extent_),
-               direction.x, direction.y, direction.z, 0, std::numeric_limits<float>::infinity(), ~0u, 0, 0};
+    hit.ray = {origin.x,
+               origin.y,
+               origin.z,
+               careful ? 0 : static_cast<float>(near_distance / 2 * half_extent_),
+               direction.x,
+               direction.y,
+               direction.z,
+               0,
+               std::numeric_limits<float>::infinity(),
+               ~0u,
+               0,
+               0};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene_.get(), &context.embree, &hit);

@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
-/// Nearest meeting of a ray with the scene. Embree finds the candidates over slightly enlarged triangles; every doubtful
-/// one is decided by triangle_test.h, so that the answer does not depend on Embree's instruction set (docs/physics.md).
+/// Nearest meeting of a ray with the scene. Embree finds the candidates over slightly enlarged triangles; every
+/// doubtful one is decided by triangle_test.h, so that the answer does not depend on Embree's instruction set
+/// (docs/physics.md).
 namespace lumenfarm {
 
 struct Ray {

@@ -17,7 +17,11 @@ constexpr std::uint32_t flights_side_by_side = 32;
 class Tracer final : public TracerScene {
 public:
     Tracer(const Scene& scene, Emission emission, std::unique_ptr<RayQuery> query)
-        : scene_(&scene), emission_(std::move(emission)), query_(std::move(query)), materials_(scene) {}
+        : scene_(&scene),
+          emission_(std::move(emission)),
+          query_(std::move(query)),
+          materials_(scene),
+          surfaces_(surface_facts(scene, *query_)) {}
 
     const Scene& scene() const override { return *scene_; }
     const Emission& emission() const override { return emission_; }
@@ -35,12 +39,14 @@ private:
     Emission emission_;
     std::unique_ptr<RayQuery> query_;
     MaterialTable materials_;
+    std::vector<SurfaceFacts> surfaces_;
 };
 
 inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {
-    ensure(range.light < scene_->lights.size() && range.first + range.count <= limits::particles_max, "range is within the light");
+    ensure(range.light < scene_->lights.size() && range.first + range.count <= limits::particles_max,
+           "range is within the light");
     const Launcher launcher(*scene_, emission_, query_->triangles(), spec.seed, range.light);
-    const PathRules rules(*scene_, *query_, materials_, spec, range.light);
+    const PathRules rules(materials_, query_->triangles(), surfaces_, spec, range.light);
     std::array<Flight, flights_side_by_side> flights;
     std::array<RayAnswer, flights_side_by_side> answers;
     std::uint64_t next = range.first;
@@ -70,7 +76,7 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
 
 // The same arithmetic in wider registers: IEEE 754 fixes every result, and fused multiply-add is left out of the list.
 [[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void Tracer::trace_avx2(const JobSpec& spec, const ParticleRange& range,
-                                                                      TracedHits& hits, RayLog* log) const {
+                                                                       TracedHits& hits, RayLog* log) const {
     trace_range(spec, range, hits, log);
 }
 
@@ -81,8 +87,10 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
 
 void Tracer::trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {
     static const bool wide = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2");
-    if (wide) trace_avx2(spec, range, hits, log);
-    else trace_baseline(spec, range, hits, log);
+    if (wide)
+        trace_avx2(spec, range, hits, log);
+    else
+        trace_baseline(spec, range, hits, log);
 }
 
 TracerScene::Meeting Tracer::meet(Vec3d origin, Vec3d direction, std::uint32_t from_triangle) const {

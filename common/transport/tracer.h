@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/scene/scene.h"
 #include "common/scene/job_spec.h"
+#include "common/scene/scene.h"
 #include "common/support/result.h"
 #include "common/transport/emission.h"
 #include "common/transport/hit.h"
@@ -58,9 +58,9 @@ using RayLog = std::vector<Ray>;
 /// The scene made ready for tracing (Embree hierarchy, tables). Read-only and shared by threads.
 class TracerScene {
 public:
-    /// `isa`: an Embree ISA name ("sse4.2", "avx2", "avx512") or empty for the best of this machine; the bits of a result
-    /// do not depend on it. REQUIRES: validate(scene) succeeds; `scene` outlives this. Errors: bad_input (no light),
-    /// failed (Embree out of memory).
+    /// `isa`: an Embree ISA name ("sse4.2", "avx2", "avx512") or empty for the best of this machine; the bits of a
+    /// result do not depend on it. REQUIRES: validate(scene) succeeds; `scene` outlives this. Errors: bad_input (no
+    /// light), failed (Embree out of memory).
     static Result<std::unique_ptr<TracerScene>> make(const Scene& scene, const std::string& isa = {});
     virtual ~TracerScene() = default;
 
@@ -68,7 +68,8 @@ public:
     virtual const Emission& emission() const = 0;
     /// Traces the particles and appends to `hits`. REQUIRES: validate(spec); range within the light's particles.
     /// `log`, where given, receives every ray that was traced.
-    virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log = nullptr) const = 0;
+    virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits,
+                       RayLog* log = nullptr) const = 0;
     virtual const RayQuery& query() const = 0;
 
     /// The first surface that a ray meets, for cameras and probes. Double precision, the same bits everywhere.

@@ -22,8 +22,8 @@ struct TriangleMeeting {
     bool meets = false;
 };
 
-/// Signed volumes of the ray's line with the three edges. cross() is antisymmetric to the bit, so two triangles that share
-/// an edge agree on which side of it the line passes: no line slips between them, whatever the instruction set.
+/// Signed volumes of the ray's line with the three edges. cross() is antisymmetric to the bit, so two triangles that
+/// share an edge agree on which side of it the line passes: no line slips between them, whatever the instruction set.
 struct EdgeVolumes {
     double e0, e1, e2;
     bool inside() const { return (e0 >= 0 && e1 >= 0 && e2 >= 0) || (e0 <= 0 && e1 <= 0 && e2 <= 0); }

@@ -136,8 +136,9 @@ TEST(DirectLight, PolygonSourceFollowsLambertsEdgeSum) {
     double truth = 0;
     const int n = 32;
     for (int i = 0; i < n * n; ++i)
-        truth += edge_sum_lx(corners, {0.2 + 0.4 * (i % n + 0.5) / n, 0, 0.2 + 0.4 * (i / n + 0.5) / n}, {0, 1, 0}, 2000) /
-                 (n * n);
+        truth +=
+            edge_sum_lx(corners, {0.2 + 0.4 * (i % n + 0.5) / n, 0, 0.2 + 0.4 * (i / n + 0.5) / n}, {0, 1, 0}, 2000) /
+            (n * n);
     expect_illuminance(s.surfaces[1].front, truth, 0.003, "receiver");
 }
 

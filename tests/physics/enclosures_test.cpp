@@ -68,7 +68,8 @@ TEST(Enclosure, AttenuatedEnergyGivesTheSameMean) {
     const Simulated s = simulate(b.scene, spec);
     const double area = 2 * (4 * 2.5 + 4 * 3 + 2.5 * 3);
     const AreaEstimate mean = area_mean(s);
-    expect_oracle(mean.illuminance_lx, mean.standard_error_lx, 4 * pi * 300 / (area * 0.4), 0.003, "roulette is unbiased");
+    expect_oracle(mean.illuminance_lx, mean.standard_error_lx, 4 * pi * 300 / (area * 0.4), 0.003,
+                  "roulette is unbiased");
 }
 
 TEST(Enclosure, PlainCutoffBooksWhatItLoses) {
@@ -81,7 +82,8 @@ TEST(Enclosure, PlainCutoffBooksWhatItLoses) {
     spec.cutoff = 0.2;
     const Simulated s = simulate(b.scene, spec);
     // 1, 0.5, 0.25 go on; 0.125 is under the threshold and is cut off
-    const double lost = static_cast<double>(s.solution.balance.cut_off) / static_cast<double>(s.solution.balance.emitted);
+    const double lost =
+        static_cast<double>(s.solution.balance.cut_off) / static_cast<double>(s.solution.balance.emitted);
     EXPECT_NEAR(lost, 0.125, 1e-4);
     EXPECT_EQ(s.solution.balance.hits, 3u * 20'000u);
 }

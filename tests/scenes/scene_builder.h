@@ -66,8 +66,10 @@ public:
         };
         const auto wall = [&](const char* side, Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
             surface(name + " " + side, material);
-            if (inwards) quad(a, b, c, d);
-            else quad(d, c, b, a);
+            if (inwards)
+                quad(a, b, c, d);
+            else
+                quad(d, c, b, a);
         };
         wall("floor", corner(0, 0, 0), corner(0, 0, 1), corner(1, 0, 1), corner(1, 0, 0));
         wall("ceiling", corner(0, 1, 0), corner(1, 1, 0), corner(1, 1, 1), corner(0, 1, 1));
@@ -87,8 +89,10 @@ public:
             return centre + Vec3d{ring * std::cos(phi), std::cos(theta), ring * std::sin(phi)}.as<float>() * radius;
         };
         const auto face = [&](Vec3f a, Vec3f b, Vec3f c) {
-            if (inwards) triangle(a, c, b);
-            else triangle(a, b, c);
+            if (inwards)
+                triangle(a, c, b);
+            else
+                triangle(a, b, c);
         };
         for (std::uint32_t i = 0; i < slices; ++i)
             for (std::uint32_t j = 0; j < 2 * slices; ++j) {

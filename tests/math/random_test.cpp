@@ -1,0 +1,64 @@
+#include "common/math/philox.h"
+#include "common/math/sobol.h"
+
+#include <gtest/gtest.h>
+
+#include <bitset>
+#include <set>
+
+namespace lumenfarm {
+namespace {
+
+TEST(Philox, GivesTheKnownAnswersOfRandom123) {
+    const std::array<std::uint32_t, 4> zero{0x6627e8d5u, 0xe169c58du, 0xbc57ac4cu, 0x9b00dbd8u};
+    EXPECT_EQ(philox(0, {0, 0, 0, 0}), zero);
+    const std::array<std::uint32_t, 4> ones{0x408f276du, 0x41c83b0eu, 0xa20bc7c6u, 0x6d5451fdu};
+    EXPECT_EQ(philox(~0ull, {~0u, ~0u, ~0u, ~0u}), ones);
+}
+
+TEST(Sobol, FirstDimensionIsVanDerCorput) {
+    EXPECT_EQ(sobol(0)[0], 0u);
+    EXPECT_EQ(sobol(1)[0], 0x80000000u);
+    EXPECT_EQ(sobol(2)[0], 0x40000000u);
+    EXPECT_EQ(sobol(3)[0], 0xc0000000u);
+    EXPECT_EQ(sobol(3)[1], 0x40000000u);
+}
+
+constexpr SobolPoint seeds{0x12345678u, 77, 99, 0xdeadbeefu, 5, 0x87654321u, 0, 0};
+
+TEST(Sobol, EveryDimensionIsStratifiedBeforeAndAfterTheScramble) {
+    constexpr std::uint32_t count = 1024;
+    for (std::uint32_t d = 0; d < sobol_dimensions; ++d) {
+        std::bitset<count> plain;
+        std::bitset<count> scrambled;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            plain.set(sobol(i)[d] >> 22);
+            scrambled.set(scrambled_sobol(i, seeds)[d] >> 22);
+        }
+        EXPECT_TRUE(plain.all()) << d;
+        EXPECT_TRUE(scrambled.all()) << d;
+    }
+}
+
+TEST(Sobol, FirstTwoDimensionsFillEveryElementaryBox) {
+    // a (0, 10, 2)-net: every box of 2^-k by 2^-(10-k) holds exactly one of 1024 points
+    for (std::uint32_t k = 0; k <= 10; ++k) {
+        std::set<std::uint32_t> boxes;
+        for (std::uint32_t i = 0; i < 1024; ++i) {
+            const std::uint32_t x = k == 0 ? 0 : scrambled_sobol(i, seeds)[0] >> (32 - k);
+            const std::uint32_t y = k == 10 ? 0 : scrambled_sobol(i, seeds)[1] >> (22 + k);
+            boxes.insert(x << (10 - k) | y);
+        }
+        EXPECT_EQ(boxes.size(), 1024u) << k;
+    }
+}
+
+TEST(Sobol, OtherSeedsGiveOtherPoints) {
+    std::uint32_t same = 0;
+    for (std::uint32_t i = 0; i < 1000; ++i)
+        same += scrambled_sobol(i, seeds)[2] == scrambled_sobol(i, SobolPoint{})[2];
+    EXPECT_LT(same, 3u);
+}
+
+}  // namespace
+}  // namespace lumenfarm

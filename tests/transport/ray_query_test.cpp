@@ -1,0 +1,105 @@
+#include "common/transport/ray_query.h"
+#include "common/math/philox.h"
+#include "common/math/sampling.h"
+#include "tests/scenes/scene_builder.h"
+
+#include <gtest/gtest.h>
+
+namespace lumenfarm::testing {
+namespace {
+
+/// Every triangle in double, ties to the lowest number.
+std::uint32_t brute_force(const RayQuery& query, const Ray& ray) {
+    std::uint32_t best = none;
+    double nearest = 1e300;
+    for (std::uint32_t t = 0; t < query.triangles().size(); ++t) {
+        if (t == ray.from_triangle) continue;
+        const TriangleMeeting m = meet_triangle(query.triangles()[t], ray.origin, ray.direction);
+        if (!m.meets || m.distance <= 1e-12 || m.distance >= nearest) continue;
+        nearest = m.distance;
+        best = t;
+    }
+    return best;
+}
+
+Vec3d random_direction(std::uint32_t i) {
+    const auto r = philox(3, {i, 1, 0, 0});
+    return sample_uniform_zone(uniform(r[0]), uniform(r[1]), -1, 1);
+}
+
+void expect_brute_force_answers(const Scene& scene, std::uint32_t rays) {
+    for (const std::string isa : {"sse4.2", ""}) {
+        const auto query = std::move(RayQuery::make(scene, isa).value());
+        for (std::uint32_t i = 0; i < rays; ++i) {
+            const auto r = philox(4, {i, 2, 0, 0});
+            Ray ray;
+            ray.origin = {uniform(r[0]), uniform(r[1]), uniform(r[2])};
+            ray.direction = random_direction(i);
+            ray.near_edge = true;
+            ASSERT_EQ(query->nearest(ray).triangle, brute_force(*query, ray)) << "ray " << i << " isa " << query->isa();
+        }
+    }
+}
+
+TEST(RayQuery, AgreesWithDoubleOverAllTriangles) { expect_brute_force_answers(mixed_room(), 3'000); }
+
+TEST(RayQuery, CoincidentTrianglesGoToTheLowestNumber) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    b.box("again", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    expect_brute_force_answers(b.scene, 20'000);
+}
+
+TEST(RayQuery, InterpenetratingAndTouchingSurfacesAreDecidedInDouble) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    b.box("block", {0.25f, -0.25f, 0.25f}, {0.75f, 0.5f, 0.75f}, b.lambert(0.5), false);
+    b.box("touching", {0.75f, 0, 0.3f}, {0.9f, 0.5f, 0.6f}, b.lambert(0.5), false);
+    expect_brute_force_answers(b.scene, 20'000);
+}
+
+TEST(RayQuery, SliversAndTinyTrianglesAreMet) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    b.surface("slivers", b.lambert(0.5));
+    for (int i = 0; i < 200; ++i) {
+        const float x = 0.3f + 0.002f * static_cast<float>(i);
+        b.triangle({x, 0.5f, 0.1f}, {x + 1e-6f, 0.5f, 0.9f}, {x, 0.5f, 0.9f});
+        b.triangle({x, 0.4f, 0.5f}, {x + 1e-5f, 0.4f, 0.5f}, {x, 0.4f, 0.5f + 1e-5f});
+    }
+    expect_brute_force_answers(b.scene, 5'000);
+}
+
+TEST(RayQuery, RaysThroughSharedEdgesAndCornersMeetSomething) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    b.sphere("ball", {0.5f, 0.5f, 0.5f}, 0.3f, 12, b.lambert(0.5));
+    const auto query = std::move(RayQuery::make(b.scene, "").value());
+    const Vec3d origin{0.123, 0.877, 0.345};
+    for (const Vec3f& corner : b.scene.positions)
+        for (const Vec3f& other : {b.scene.positions[0], b.scene.positions[7]}) {
+            Ray ray;
+            ray.origin = origin;
+            ray.near_edge = true;
+            ray.direction = normalize((corner.as<double>() + other.as<double>()) * 0.5 - origin);
+            EXPECT_NE(query->nearest(ray).triangle, none);
+        }
+}
+
+TEST(RayQuery, WallThatStartsAtTheOriginsEdgeIsNotMissed) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    const auto query = std::move(RayQuery::make(b.scene, "").value());
+    for (const double gap : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}) {
+        Ray ray;
+        ray.from_triangle = 0;  // of the floor
+        ray.near_edge = true;
+        // close to the left wall or in front of it, towards it
+        ray.origin = {gap, 0, 0.6};
+        ray.direction = normalize(Vec3d{-1, 0.5, 0.1});
+        EXPECT_EQ(query->triangles()[query->nearest(ray).triangle].surface, 2u) << gap;
+    }
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing
