@@ -1,0 +1,146 @@
+#include "tests/simulation/farm.h"
+
+#include <gtest/gtest.h>
+
+namespace lumenfarm::testing {
+namespace {
+
+JobSpec small_job(std::uint64_t seed) {
+    JobSpec spec;
+    spec.particles = 20'000 + seed * 37;
+    spec.seed = seed;
+    spec.texel_m = 0.1;
+    spec.keep_hits = seed % 3 == 0 ? 0 : 500;
+    spec.absorption = seed % 5 == 0 ? Absorption::attenuate : Absorption::analog;
+    spec.packing = seed % 2 == 0 ? Packing::maps : Packing::records;
+    spec.particles_per_set = seed % 4 == 0 ? 0 : 300 + seed * 91 % 5'000;
+    spec.hits_per_message = static_cast<std::uint32_t>(100 + seed * 17 % 3'000);
+    return spec;
+}
+
+/// Every particle committed once, nothing lost or doubled, the same bits as one tracer alone.
+void expect_reference(const Farm& farm, const JobSpec& spec) {
+    ASSERT_NE(farm.solution(), nullptr);
+    EXPECT_EQ(farm.solutions(), 1u);
+    EXPECT_EQ(farm.solution()->balance.particles, spec.particles);
+    EXPECT_TRUE(farm.solution()->balance.closed());
+    EXPECT_EQ(solution_digest(*farm.solution()), solution_digest(reference_solution(spec)));
+    EXPECT_EQ(farm.master().staged_bytes(), 0u);
+}
+
+TEST(Farm, CalmFarmsGiveTheResultOfOneTracer) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        SCOPED_TRACE(seed);
+        const JobSpec spec = small_job(seed);
+        FarmOptions options;
+        options.seed = seed;
+        options.workers = 1 + seed % 4;
+        options.threads = 1 + static_cast<std::uint32_t>(seed % 3);
+        Farm farm(spec, options);
+        ASSERT_TRUE(farm.run());
+        EXPECT_EQ(farm.state(), wire::JobState::done);
+        expect_reference(farm, spec);
+        EXPECT_EQ(farm.master().discarded(Discard::result_invalid), 0u);
+        EXPECT_EQ(farm.master().discarded(Discard::protocol_error), 0u);
+    }
+}
+
+TEST(Farm, DroppedConnectionsAndCrashedWorkersChangeNoBit) {
+    std::uint64_t refused = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+        SCOPED_TRACE(seed);
+        const JobSpec spec = small_job(seed);
+        FarmOptions options;
+        options.seed = seed;
+        options.workers = 2 + seed % 4;
+        options.seconds_between_drops = 0.3 + 0.05 * static_cast<double>(seed % 20);
+        options.seconds_between_crashes = seed % 3 == 0 ? 0 : 2;
+        Farm farm(spec, options);
+        ASSERT_TRUE(farm.run());
+        expect_reference(farm, spec);
+        EXPECT_EQ(farm.master().discarded(Discard::result_invalid), 0u);
+        refused += farm.master().discarded(Discard::result_stale) + farm.master().discarded(Discard::result_repeated);
+    }
+    EXPECT_GT(refused, 0u) << "the storms were too mild to try the ledger";
+}
+
+TEST(Farm, CrashedMastersStartTheJobAgainAndItIsTheSame) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        SCOPED_TRACE(seed);
+        const JobSpec spec = small_job(seed);
+        FarmOptions options;
+        options.seed = seed;
+        options.seconds_between_master_crashes = 30;
+        Farm farm(spec, options);
+        ASSERT_TRUE(farm.run());
+        expect_reference(farm, spec);
+    }
+}
+
+TEST(Farm, StragglersSetsAreTracedByIdleWorkers) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        SCOPED_TRACE(seed);
+        const JobSpec spec = small_job(seed);
+        FarmOptions options;
+        options.seed = seed;
+        options.one_worker_sleeps = true;
+        Farm farm(spec, options);
+        ASSERT_TRUE(farm.run());
+        EXPECT_LT(farm.now_s(), 1'000);
+        expect_reference(farm, spec);
+    }
+}
+
+TEST(Farm, CancelledJobKeepsWhatWasDone) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        SCOPED_TRACE(seed);
+        JobSpec spec = small_job(seed);
+        spec.particles = 2'000'000;
+        FarmOptions options;
+        options.seed = seed;
+        Farm farm(spec, options);
+        farm.at(6, [&] { farm.cancel(); });
+        ASSERT_TRUE(farm.run());
+        EXPECT_EQ(farm.state(), wire::JobState::cancelled);
+        EXPECT_LT(farm.now_s(), 6 + limits::finish_seconds);
+        ASSERT_NE(farm.solution(), nullptr);
+        const Solution& partial = *farm.solution();
+        EXPECT_GT(partial.balance.particles, 0u);
+        EXPECT_LT(partial.balance.particles, spec.particles);
+        std::uint64_t committed = 0;
+        for (const IntervalSet& light : partial.committed) committed += light.size();
+        EXPECT_EQ(committed, partial.balance.particles);
+        EXPECT_TRUE(partial.balance.closed());
+    }
+}
+
+TEST(Farm, DrainedWorkersHandBackTheirSetsAndEnd) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        SCOPED_TRACE(seed);
+        const JobSpec spec = small_job(seed);
+        FarmOptions options;
+        options.seed = seed;
+        Farm farm(spec, options);
+        farm.at(1.5, [&] { farm.drain_worker(0); });
+        farm.at(1.6, [&] { farm.drain_worker(1); });
+        ASSERT_TRUE(farm.run());
+        expect_reference(farm, spec);
+        EXPECT_EQ(farm.workers_finished(), 2u);
+        EXPECT_EQ(farm.master().discarded(Discard::lease_expired), 0u) << "leases were left behind";
+    }
+}
+
+TEST(Farm, OneSeedReplaysAFarm) {
+    const JobSpec spec = small_job(3);
+    FarmOptions options;
+    options.seed = 3;
+    options.seconds_between_drops = 1;
+    Farm a(spec, options), b(spec, options);
+    ASSERT_TRUE(a.run());
+    ASSERT_TRUE(b.run());
+    EXPECT_EQ(a.now_s(), b.now_s());
+    EXPECT_EQ(a.master().discarded(Discard::lease_returned), b.master().discarded(Discard::lease_returned));
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing
