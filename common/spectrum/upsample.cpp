@@ -30,7 +30,7 @@ std::array<Vec3d, spectrum_samples> make_colour_weights() {
     for (std::uint32_t bin = 0; bin < wavelength_bins; ++bin) {
         const double light = value_at(illuminant_d65(), bin);
         const Vec3d colour = Vec3d{value_at(cie_x(), bin), value_at(cie_y(), bin), value_at(cie_z(), bin)} * light;
-        const double fraction = (bin % bins_per_sample + 0.5) / bins_per_sample;
+        const double fraction = (static_cast<double>(bin % bins_per_sample) + 0.5) / bins_per_sample;
         const std::size_t i = bin / bins_per_sample;
         xyz[i] = xyz[i] + colour * (1 - fraction);
         xyz[i + 1] = xyz[i + 1] + colour * fraction;
