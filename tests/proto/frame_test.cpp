@@ -88,7 +88,7 @@ TEST(Frame, StreamIsCutIntoFramesHoweverItArrives) {
 }
 
 TEST(Frame, MessageWithoutPayloadIsComplete) {
-    const auto frame = parse(encode(Drain()));
+    const auto frame = parse(encode(WorkersRequest()));
     ASSERT_TRUE(frame.has_value() && frame->has_value());
     EXPECT_TRUE((*frame)->payload.empty());
 }

@@ -90,7 +90,7 @@ inline std::vector<wire::Message> sample_messages() {
         JobGone(12),
         ReturnLeases(ReturnReason::no_scene, {{4, 2}, {5, 1}}),
         Progress(1.5e6, {{4, 50}, {5, 0}}),
-        Drain(),
+        Drain(12),
         ResultHits(part, 1, records, {}),
         ResultHits(part, 1, records, {70'000, 12}),
         ResultMap(part, {{3, 2, 100, 90, 80, 70, 60}, {9, 1, 50, 40, 30, 20, 10}}, {{0, 33, 100, 80, 2}}),
