@@ -283,7 +283,7 @@ void Farm::carry_out(std::size_t index, worker::PrepareJob& prepare) {
 void Farm::carry_out(std::size_t index, worker::Finished&) {
     ++finished_;
     nodes_[index].over = true;
-    at(now_s_ + 0.001, [this, index] { drop(index); });
+    at(now_s_ + 0.5, [this, index] { drop(index); });  // after what was sent has arrived
 }
 
 void Farm::carry_out(std::size_t, worker::GiveUp&) { ensure(false, "no worker is refused in these farms"); }

@@ -1,0 +1,66 @@
+#include "worker/scene_cache.h"
+
+#include "common/scene/scene_file.h"
+#include "common/support/file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace lumenfarm::worker {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SceneCacheTest : public ::testing::Test {
+protected:
+    SceneCacheTest() {
+        folder_ = fs::path(::testing::TempDir()) /
+                  (std::string("cache_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+        fs::remove_all(folder_);
+    }
+    ~SceneCacheTest() override { fs::remove_all(folder_); }
+
+    static std::vector<std::byte> scene(int value, std::size_t bytes = 1'000) {
+        return std::vector<std::byte>(bytes, static_cast<std::byte>(value));
+    }
+    fs::path folder_;
+};
+
+TEST_F(SceneCacheTest, KeepsAndLoads) {
+    const SceneCache cache(folder_, 1'000'000);
+    EXPECT_EQ(cache.load(scene_digest(scene(1))), nullptr);
+    ASSERT_TRUE(cache.keep(scene_digest(scene(1)), scene(1)));
+    ASSERT_NE(cache.load(scene_digest(scene(1))), nullptr);
+    EXPECT_EQ(*cache.load(scene_digest(scene(1))), scene(1));
+}
+
+TEST_F(SceneCacheTest, DamagedFileIsRemovedAndNotLoaded) {
+    const SceneCache cache(folder_, 1'000'000);
+    const Digest name = scene_digest(scene(1));
+    ASSERT_TRUE(cache.keep(name, scene(1)));
+    ASSERT_TRUE(write_file(folder_ / name.hex(), scene(2)));
+    EXPECT_EQ(cache.load(name), nullptr);
+    EXPECT_FALSE(fs::exists(folder_ / name.hex()));
+}
+
+TEST_F(SceneCacheTest, StaysWithinItsSize) {
+    const SceneCache cache(folder_, 2'500);
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(cache.keep(scene_digest(scene(i)), scene(i)));
+    int kept = 0;
+    for (int i = 0; i < 5; ++i) kept += cache.load(scene_digest(scene(i))) != nullptr;
+    EXPECT_EQ(kept, 2);
+    EXPECT_NE(cache.load(scene_digest(scene(4))), nullptr) << "the newest stays";
+    ASSERT_TRUE(cache.keep(scene_digest(scene(9, 9'000)), scene(9, 9'000)));
+    EXPECT_EQ(cache.load(scene_digest(scene(9, 9'000))), nullptr) << "too large to be kept";
+}
+
+TEST_F(SceneCacheTest, UnwritableFolderIsASentence) {
+    ASSERT_TRUE(write_file(folder_, std::string("a file")));
+    const auto kept = SceneCache(folder_, 1'000'000).keep(scene_digest(scene(1)), scene(1));
+    ASSERT_FALSE(kept);
+    EXPECT_NE(kept.error().sentence.find(folder_.string()), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lumenfarm::worker

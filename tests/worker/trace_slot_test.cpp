@@ -1,0 +1,154 @@
+#include "worker/trace_slot.h"
+
+#include "common/scene/scene_file.h"
+#include "tests/simulation/fake_tracer.h"
+#include "tests/simulation/small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+namespace lumenfarm {
+namespace {
+
+std::shared_ptr<const JobContext> job(Packing packing, std::uint64_t keep_hits = 0) {
+    auto scene = std::make_shared<SceneContext>();
+    scene->scene = testing::small_scene();
+    scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
+    JobSpec spec;
+    spec.packing = packing;
+    spec.keep_hits = keep_hits;
+    spec.hits_per_message = 700;
+    return make_job_context({1, Digest{}, 0, spec, 0.2, 2}, scene).value();
+}
+
+SetWork set(std::shared_ptr<const JobContext> job, std::uint64_t lease, std::uint64_t first, std::uint64_t count) {
+    return {std::move(job), lease, 1, {0, first, count}, ~std::uint64_t{0}};
+}
+
+TraceSlot make_slot() {
+    return TraceSlot({[] { return 0.0; }, [] { return 0.0; }});
+}
+
+SlotReport finish(TraceSlot& slot) {
+    while (true)
+        if (auto report = slot.advance(SlotAsk::nothing)) return std::move(*report);
+}
+
+TEST(TraceSlot, RecordsAreHandedOverAtTheEndOfTheSet) {
+    TraceSlot slot = make_slot();
+    slot.begin(set(job(Packing::records), 9, 100, 5'000));
+    const SlotReport report = finish(slot);
+    ASSERT_TRUE(report.result && report.set_finished && !report.open);
+    ASSERT_EQ(report.result->claims.size(), 1u);
+    EXPECT_EQ(report.result->claims[0], wire::Claim(9, 1, {0, 100, 5'000}));
+    EXPECT_EQ(report.result->balance.particles, 5'000u);
+    EXPECT_EQ(report.result->records.size(), report.result->balance.hits);
+}
+
+TEST(TraceSlot, ClosingInTheMiddleClaimsWhatWasTracedAndTheRestFollows) {
+    TraceSlot slot = make_slot();
+    slot.begin(set(job(Packing::records), 9, 0, 5'000));
+    EXPECT_FALSE(slot.advance(SlotAsk::nothing));
+    const auto part = slot.advance(SlotAsk::close);
+    ASSERT_TRUE(part && part->result && part->set_left);
+    EXPECT_EQ(part->result->claims[0].range, (ParticleRange{0, 0, limits::slice_particles}));
+    const SlotReport rest = finish(slot);
+    EXPECT_EQ(rest.result->claims[0].range,
+              (ParticleRange{0, limits::slice_particles, 5'000 - limits::slice_particles}));
+}
+
+TEST(TraceSlot, MapsGatherSetsAndEqualTheSumOfTheirRecords) {
+    const auto maps = job(Packing::maps, 100);
+    TraceSlot slot = make_slot();
+    slot.begin(set(maps, 1, 0, 3'000));
+    EXPECT_TRUE(finish(slot).open);
+    slot.begin(set(maps, 2, 7'000, 2'000));
+    finish(slot);
+    const Parcel parcel = *slot.advance(SlotAsk::close)->result;
+    EXPECT_EQ(parcel.claims.size(), 2u);
+    LightMap expected(maps->scene->scene, *maps->layout);
+    TracedHits hits;
+    maps->scene->tracer->trace(maps->spec, {0, 0, 3'000}, hits);
+    maps->scene->tracer->trace(maps->spec, {0, 7'000, 2'000}, hits);
+    expected.add(maps->scene->tracer->emission(), 0, hits.records, {});
+    std::uint64_t sum = 0;
+    for (const wire::TexelDelta& delta : parcel.texels) {
+        EXPECT_EQ(delta.radiant, expected.texels()[delta.texel].radiant);
+        EXPECT_EQ(delta.y_squared, expected.texels()[delta.texel].y_squared);
+        sum += delta.hits;
+    }
+    EXPECT_EQ(sum, hits.records.size());
+    EXPECT_EQ(parcel.kept.size(), hits.records.size()) << "all are candidates under the highest threshold";
+    EXPECT_FALSE(slot.advance(SlotAsk::close)->result) << "nothing is handed over twice";
+}
+
+TEST(TraceSlot, AbandonedWorkLeavesNothingBehind) {
+    const auto maps = job(Packing::maps);
+    TraceSlot slot = make_slot();
+    slot.begin(set(maps, 1, 0, 5'000));
+    slot.advance(SlotAsk::nothing);
+    const auto report = slot.advance(SlotAsk::abandon);
+    EXPECT_TRUE(report && !report->set_left && !report->open && !report->result);
+    slot.begin(set(maps, 2, 0, 1'000));
+    finish(slot);
+    const Parcel parcel = *slot.advance(SlotAsk::close)->result;
+    std::uint64_t sum = 0;
+    for (const wire::TexelDelta& delta : parcel.texels) sum += delta.hits;
+    EXPECT_EQ(sum, parcel.balance.hits);
+    EXPECT_EQ(parcel.claims.size(), 1u);
+}
+
+TEST(TraceSlot, HitsAboveTheThresholdAreNotCandidates) {
+    const auto maps = job(Packing::maps, 100);
+    TraceSlot slot = make_slot();
+    SetWork work = set(maps, 1, 0, 3'000);
+    work.keep_threshold = ~std::uint64_t{0} / 4;
+    slot.begin(std::move(work));
+    finish(slot);
+    const Parcel parcel = *slot.advance(SlotAsk::close)->result;
+    EXPECT_LT(parcel.kept.size(), parcel.balance.hits / 2);
+    for (const KeptHit& hit : parcel.kept) EXPECT_LE(keep_priority(hit), ~std::uint64_t{0} / 4);
+}
+
+TEST(TraceSlot, LongSetsGiveSeveralResultsOfBoundedSize) {
+    TraceSlot slot = make_slot();
+    slot.begin(set(job(Packing::records), 1, 0, 1'000'000));
+    std::uint64_t results = 0, particles = 0;
+    for (bool finished = false; !finished; ++results) {
+        const SlotReport report = finish(slot);
+        finished = report.set_finished;
+        particles += report.result->balance.particles;
+        EXPECT_LE(report.result->records.size() * sizeof(HitRecord),
+                  limits::result_close_bytes + limits::slice_particles * 3 * sizeof(HitRecord));
+    }
+    EXPECT_GT(results, 1u);
+    EXPECT_EQ(particles, 1'000'000u);
+}
+
+TEST(ParcelReader, PartsHaveTheAskedSizeInOrderAndThenTheEnd) {
+    TraceSlot slot = make_slot();
+    slot.begin(set(job(Packing::records), 1, 0, 5'000));
+    const Parcel parcel = *finish(slot).result;
+    ParcelReader reader(parcel, 3);
+    for (int round = 0; round < 2; ++round, reader.rewind()) {
+        std::vector<HitRecord> records;
+        std::uint32_t parts = 0;
+        while (const auto message = reader.next()) {
+            if (const auto* done = std::get_if<wire::ResultDone>(&*message)) {
+                EXPECT_EQ(done->parts, parts);
+                EXPECT_TRUE(done->valid());
+                continue;
+            }
+            const auto& part = std::get<wire::ResultHits>(*message);
+            EXPECT_EQ(part.part, wire::PartId(1, 3, parts++));
+            EXPECT_LE(part.records.size(), 700u);
+            records.insert(records.end(), part.records.begin(), part.records.end());
+        }
+        EXPECT_EQ(records, parcel.records);
+        EXPECT_TRUE(reader.finished());
+    }
+}
+
+}  // namespace
+}  // namespace lumenfarm

@@ -1,0 +1,301 @@
+#include "worker/worker_core.h"
+
+#include "common/scene/scene_file.h"
+#include "tests/simulation/fake_tracer.h"
+#include "tests/simulation/small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+namespace lumenfarm::worker {
+namespace {
+
+/// A worker with two slots, and what it wants done. The test is master, tracer and clock.
+class WorkerTest : public ::testing::Test {
+protected:
+    WorkerTest() : core_(identity()) {}
+
+    static WorkerIdentity identity() {
+        WorkerIdentity identity;
+        identity.threads = 2;
+        identity.instance = 5;
+        return identity;
+    }
+    wire::JobInfo info(Packing packing = Packing::records) const {
+        JobSpec spec;
+        spec.packing = packing;
+        return {1, scene_digest(bytes_), bytes_.size(), spec, 0.1, 2};
+    }
+    static wire::Lease lease(std::uint64_t number, std::uint64_t particles = 1'000, JobId job = 1) {
+        return {number, 1, job, {0, number * 1'000'000, particles}, ~std::uint64_t{0}};
+    }
+
+    void welcome() {
+        take(core_.on_connect(now_s_));
+        hear(wire::Welcome(1));
+    }
+    void hear(wire::Message message) { take(core_.on_message(std::move(message), now_s_)); }
+    /// The job with its scene from the cache, ready to trace.
+    void ready(Packing packing = Packing::records) {
+        hear(info(packing));
+        take(core_.on_scene_loaded(scene_digest(bytes_), std::make_shared<const std::vector<std::byte>>(bytes_),
+                                   now_s_));
+        prepare();
+    }
+    void prepare() {
+        const auto effect = find<PrepareJob>();
+        ASSERT_TRUE(effect);
+        auto scene = std::make_shared<SceneContext>();
+        scene->scene = decode_scene(*effect->scene_bytes).value();
+        scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
+        take(core_.on_job_prepared(1, make_job_context(effect->info, scene), now_s_));
+    }
+    /// What a slot reports after a set of packing records.
+    void finish_set(std::size_t slot, const wire::Lease& lease) {
+        SlotReport report;
+        report.set_finished = true;
+        report.result = parcel(lease, lease.range.count);
+        take(core_.on_slot(slot, std::move(report), now_s_));
+    }
+    static Parcel parcel(const wire::Lease& lease, std::uint64_t particles) {
+        Parcel parcel;
+        parcel.job = lease.job;
+        ParticleRange range = lease.range;
+        range.count = particles;
+        parcel.claims.emplace_back(lease.lease, lease.epoch, range);
+        parcel.balance.particles = particles;
+        return parcel;
+    }
+    /// Sends what may be sent now and gives the results that were finished.
+    std::vector<wire::ResultDone> pump() {
+        std::vector<wire::ResultDone> done;
+        while (const auto part = core_.next_bulk())
+            if (const auto* last = std::get_if<wire::ResultDone>(&*part)) done.push_back(*last);
+        return done;
+    }
+
+    void take(Effects effects) { effects_ = std::move(effects); }
+    template <class E>
+    std::vector<E> all() const {
+        std::vector<E> found;
+        for (const Effect& effect : effects_)
+            if (const auto* one = std::get_if<E>(&effect)) found.push_back(*one);
+        return found;
+    }
+    template <class E>
+    std::optional<E> find() const {
+        const auto found = all<E>();
+        return found.empty() ? std::nullopt : std::optional<E>(found.front());
+    }
+    template <class M>
+    std::vector<M> all_sent() const {
+        std::vector<M> found;
+        for (const Send& send : all<Send>())
+            if (const auto* message = std::get_if<M>(&send.message)) found.push_back(*message);
+        return found;
+    }
+    template <class M>
+    std::optional<M> sent() const {
+        const auto found = all_sent<M>();
+        return found.empty() ? std::nullopt : std::optional<M>(found.front());
+    }
+
+    std::vector<std::byte> bytes_ = encode_scene(testing::small_scene());
+    WorkerCore core_;
+    Effects effects_;
+    double now_s_ = 0;
+};
+
+TEST_F(WorkerTest, StatesItsLeasesAndPullsABacklogOfTwoSetsASlot) {
+    take(core_.on_connect(now_s_));
+    EXPECT_EQ(sent<wire::Hello>()->instance, 5u);
+    hear(wire::Welcome(1));
+    ASSERT_TRUE(sent<wire::Progress>());
+    EXPECT_TRUE(sent<wire::Progress>()->leases.empty());
+    EXPECT_EQ(sent<wire::Pull>()->sets, 4u);
+}
+
+TEST_F(WorkerTest, SetsWaitForTheirSceneAndThenFillTheSlots) {
+    welcome();
+    hear(info());
+    EXPECT_TRUE(find<LoadScene>());
+    for (std::uint64_t i = 1; i <= 4; ++i) hear(lease(i));
+    EXPECT_TRUE(all<StartSlot>().empty());
+    take(core_.on_scene_loaded(scene_digest(bytes_), std::make_shared<const std::vector<std::byte>>(bytes_), now_s_));
+    prepare();
+    EXPECT_EQ(all<StartSlot>().size(), 2u);
+    finish_set(0, lease(1));
+    EXPECT_EQ(all<StartSlot>().size(), 1u) << "the backlog feeds the slot at once";
+    EXPECT_EQ(sent<wire::Pull>()->sets, 1u);
+}
+
+TEST_F(WorkerTest, MissingSceneIsFetchedVerifiedAndCached) {
+    welcome();
+    hear(info());
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    ASSERT_TRUE(sent<wire::ManifestRequest>());
+    const Digest scene = scene_digest(bytes_);
+    hear(wire::Manifest(wire::FileManifest(scene, bytes_.size(), chunk_digests(bytes_))));
+    ASSERT_TRUE(sent<wire::ChunkRequest>());
+    auto damaged = bytes_;
+    damaged[10] ^= std::byte{1};
+    hear(wire::Chunk(scene, 0, damaged));
+    EXPECT_TRUE(sent<wire::ChunkRequest>()) << "a damaged chunk is asked for again";
+    hear(wire::Chunk(scene, 0, bytes_));
+    EXPECT_TRUE(find<KeepScene>());
+    EXPECT_TRUE(find<PrepareJob>());
+}
+
+TEST_F(WorkerTest, FetchGoesOnAfterAReconnect) {
+    welcome();
+    hear(info());
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    welcome();
+    EXPECT_TRUE(sent<wire::ManifestRequest>());
+}
+
+TEST_F(WorkerTest, SceneThatStaysDamagedReturnsTheLeases) {
+    welcome();
+    hear(info());
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    hear(lease(1));
+    const Digest scene = scene_digest(bytes_);
+    hear(wire::Manifest(wire::FileManifest(scene, bytes_.size(), chunk_digests(bytes_))));
+    auto damaged = bytes_;
+    damaged[10] ^= std::byte{1};
+    for (std::uint32_t i = 0; i < limits::chunk_attempts_max; ++i) hear(wire::Chunk(scene, 0, damaged));
+    ASSERT_TRUE(sent<wire::ReturnLeases>());
+    EXPECT_EQ(sent<wire::ReturnLeases>()->reason, wire::ReturnReason::no_scene);
+    hear(lease(2));
+    EXPECT_TRUE(sent<wire::ReturnLeases>()) << "later ones too";
+}
+
+TEST_F(WorkerTest, ResultsAreKeptUntilAnsweredAndSentAgainAfterAReconnect) {
+    welcome();
+    ready();
+    hear(lease(1));
+    finish_set(0, lease(1));
+    ASSERT_EQ(pump().size(), 1u);
+    EXPECT_TRUE(pump().empty());
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    EXPECT_EQ(core_.results_held(), 1u);
+    welcome();
+    EXPECT_EQ(sent<wire::Progress>()->leases.size(), 1u) << "the lease is stated";
+    const auto again = pump();
+    ASSERT_EQ(again.size(), 1u);
+    hear(wire::ResultAck(1, again[0].result, wire::Verdict::accepted));
+    EXPECT_EQ(core_.results_held(), 0u);
+    EXPECT_EQ(core_.particles_merged(), 1'000u);
+}
+
+TEST_F(WorkerTest, RefusedResultIsForgotten) {
+    welcome();
+    ready();
+    hear(lease(1));
+    finish_set(0, lease(1));
+    const auto done = pump();
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "late"));
+    EXPECT_EQ(core_.results_held(), 0u);
+    EXPECT_EQ(core_.particles_merged(), 0u);
+}
+
+TEST_F(WorkerTest, CreditBoundsWhatIsUnderWayAndASlowMasterSlowsTheSlots) {
+    welcome();
+    ready();
+    std::uint64_t number = 0;
+    for (; number < 200; ++number) {
+        hear(lease(number + 1));
+        const auto start = find<StartSlot>();
+        if (!start) break;
+        finish_set(start->slot, lease(number + 1));
+    }
+    EXPECT_LE(core_.results_held(), 2 + limits::results_in_flight);
+    EXPECT_LT(number, 200u) << "no more sets are begun";
+    EXPECT_EQ(pump().size(), limits::results_in_flight);
+}
+
+TEST_F(WorkerTest, MapsAreHandedOverWhenLateOrIdle) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1));
+    hear(lease(2));
+    hear(lease(3));
+    SlotReport open;
+    open.set_finished = open.open = true;
+    now_s_ = 1;
+    take(core_.on_slot(0, open, now_s_));
+    ASSERT_EQ(all<StartSlot>().size(), 1u) << "the sums stay open for the next set";
+    now_s_ = 2.5;
+    take(core_.tick(now_s_));
+    EXPECT_EQ(all<InterruptSlot>().size(), 2u) << "flush_seconds have passed";
+    take(core_.on_slot(1, open, now_s_));
+    ASSERT_TRUE(find<TellSlot>()) << "nothing is left to trace";
+    EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
+}
+
+TEST_F(WorkerTest, GoneJobIsDroppedWithItsSetsSumsAndResults) {
+    welcome();
+    ready();
+    for (std::uint64_t i = 1; i <= 4; ++i) hear(lease(i));
+    finish_set(0, lease(1));
+    hear(wire::JobGone(1));
+    EXPECT_EQ(core_.results_held(), 0u);
+    EXPECT_EQ(all<InterruptSlot>().size(), 2u);
+    take(core_.on_slot(0, SlotReport{}, now_s_));
+    take(core_.on_slot(1, SlotReport{}, now_s_));
+    EXPECT_TRUE(all<StartSlot>().empty());
+    EXPECT_EQ(core_.results_held(), 0u);
+}
+
+TEST_F(WorkerTest, DrainSendsWhatIsDoneReturnsTheRestAndFinishes) {
+    welcome();
+    ready();
+    hear(lease(1, 100'000));
+    hear(lease(2, 100'000));
+    hear(lease(3, 100'000));
+    take(core_.drain(now_s_));
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u) << "the set that waits";
+    EXPECT_EQ(all<InterruptSlot>().size(), 2u);
+    SlotReport stopped;
+    stopped.set_left = true;
+    stopped.result = parcel(lease(1, 100'000), 2'048);
+    take(core_.on_slot(0, std::move(stopped), now_s_));
+    ASSERT_EQ(find<TellSlot>()->ask, SlotAsk::abandon);
+    EXPECT_FALSE(sent<wire::ReturnLeases>()) << "not before its result is answered";
+    take(core_.on_slot(0, SlotReport{}, now_s_));
+    SlotReport untouched;
+    untouched.set_left = true;
+    take(core_.on_slot(1, untouched, now_s_));
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u);
+    take(core_.on_slot(1, SlotReport{}, now_s_));
+    EXPECT_FALSE(find<Finished>());
+    const auto done = pump();
+    ASSERT_EQ(done.size(), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::accepted));
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u);
+    EXPECT_TRUE(find<Finished>());
+}
+
+TEST_F(WorkerTest, DrainEndsInTimeThoughTheMasterIsSilent) {
+    welcome();
+    ready();
+    hear(lease(1));
+    take(core_.drain(now_s_));
+    EXPECT_FALSE(find<Finished>());
+    take(core_.tick(limits::drain_seconds));
+    EXPECT_TRUE(find<Finished>());
+}
+
+TEST_F(WorkerTest, RefusedWorkerGivesUpAndAStoppedMasterIsWaitedFor) {
+    welcome();
+    take(core_.on_disconnect(wire::Goodbye(wire::GoodbyeReason::shutting_down, "bye"), now_s_));
+    EXPECT_FALSE(find<GiveUp>());
+    take(core_.on_disconnect(wire::Goodbye(wire::GoodbyeReason::refused, "other bits"), now_s_));
+    ASSERT_TRUE(find<GiveUp>());
+    EXPECT_NE(find<GiveUp>()->sentence.find("other bits"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lumenfarm::worker
