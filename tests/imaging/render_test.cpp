@@ -124,7 +124,8 @@ TEST(Render, ThreadsChangeNoBitAndBothEstimatorsAgree) {
         fitted += luminance(one.pixels[i]);
         nearest += luminance(near.pixels[i]);
     }
-    EXPECT_NEAR(nearest / fitted, 1, 0.02);
+    // the nearest hits are an average over a disc, here a tenth of the room wide: edges gain a few per cent
+    EXPECT_NEAR(nearest / fitted, 1, 0.05);
     EXPECT_NE(near.pixels[0].radiance, one.pixels[0].radiance) << "kept hits are used when there are any";
 }
 
