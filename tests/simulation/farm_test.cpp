@@ -117,7 +117,8 @@ TEST(Farm, CancelledJobKeepsWhatWasDone) {
 TEST(Farm, DrainedWorkersHandBackTheirSetsAndEnd) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         SCOPED_TRACE(seed);
-        const JobSpec spec = small_job(seed);
+        JobSpec spec = small_job(seed);
+        spec.particles = 200'000;
         FarmOptions options;
         options.seed = seed;
         Farm farm(spec, options);
