@@ -130,6 +130,15 @@ TEST(FolderCheck, FindsAFolderThatThePageDoesNotName) {
     EXPECT_THAT(unnamed_folder_findings(sources, page), ElementsAre(HasSubstr("`common/math/`")));
 }
 
+TEST(TestFolderCheck, FindsAFolderThatIsNotBuilt) {
+    const SourceFile list = file_of("tests/CMakeLists.txt", "lumenfarm_tests(net LINK a)\nadd_subdirectory(bench)\n");
+    const auto findings = [&](const std::string& path) { return unbuilt_test_findings({file_of(path, "")}, list); };
+    EXPECT_THAT(findings("tests/net/a_test.cpp"), IsEmpty());
+    EXPECT_THAT(findings("tests/bench/a.cpp"), IsEmpty());
+    EXPECT_THAT(findings("tests/octree/a_test.cpp"), ElementsAre(HasSubstr("tests/octree")));
+    EXPECT_THAT(findings("tests/octree/a.h"), IsEmpty());
+}
+
 TEST(SourceTreeCheck, ReadsTheFilesOfThisRepository) {
     const SourceTree repository = read_repository(LUMENFARM_SOURCE_DIR);
     std::vector<std::string> paths;

@@ -107,6 +107,10 @@ TEST(House, TheArchitecturePageNamesEveryFolderOfSources) {
     EXPECT_THAT(unnamed_folder_findings(sources(), file_at("docs/architecture.md")), IsEmpty());
 }
 
+TEST(House, EveryFolderOfTestsIsBuilt) {
+    EXPECT_THAT(unbuilt_test_findings(repository(), file_at("tests/CMakeLists.txt")), IsEmpty());
+}
+
 TEST(House, SetupNamesBoostWithItsVersion) {
     const SourceTree setup{file_at("deploy/setup")};
     EXPECT_THAT(pattern_findings(setup, R"(\blibboost(-[a-z-]+)?-dev\b|\blibboost-all\b)", "swaps Boost out silently:"),

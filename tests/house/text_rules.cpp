@@ -104,4 +104,21 @@ Findings unnamed_folder_findings(const SourceTree& sources, const SourceFile& pa
     return findings;
 }
 
+Findings unbuilt_test_findings(const SourceTree& repository, const SourceFile& tests_cmake_lists) {
+    std::set<std::string> folders;
+    for (const SourceFile& file : repository) {
+        if (!file.path.starts_with("tests/") || !file.path.ends_with(".cpp")) continue;
+        const std::string below = file.path.substr(std::string("tests/").size());
+        folders.insert(below.substr(0, below.rfind('/')));
+    }
+    Findings findings;
+    for (const std::string& folder : folders) {
+        const std::regex entry(R"(^(lumenfarm_tests|add_subdirectory)\()" + folder + R"([ )])");
+        const auto builds_it = [&](const std::string& line) { return std::regex_search(line, entry); };
+        if (std::ranges::none_of(tests_cmake_lists.lines, builds_it))
+            findings.push_back(tests_cmake_lists.path + ": does not build tests/" + folder);
+    }
+    return findings;
+}
+
 }  // namespace lumenfarm::house

@@ -30,4 +30,8 @@ inline constexpr std::size_t file_lines_max = 500;
 /// Folders that hold sources of the programs and that the page does not name as `folder/`.
 [[nodiscard]] Findings unnamed_folder_findings(const SourceTree& sources, const SourceFile& page);
 
+/// Folders under tests/ that hold *.cpp and that neither a lumenfarm_tests nor an add_subdirectory line of the list
+/// names: their tests would never run.
+[[nodiscard]] Findings unbuilt_test_findings(const SourceTree& repository, const SourceFile& tests_cmake_lists);
+
 }  // namespace lumenfarm::house
