@@ -1,0 +1,30 @@
+#pragma once
+
+#include "cli/command.h"
+
+#include <memory>
+#include <string>
+
+/// The subcommands, each in its own file.
+namespace lumenfarm {
+
+/// What all client commands share.
+struct FarmOptions {
+    std::string master = "127.0.0.1:7420";  ///< HOST:PORT
+};
+
+std::unique_ptr<Command> make_run_command(CLI::App& app);
+std::unique_ptr<Command> make_inspect_command(CLI::App& app);
+std::unique_ptr<Command> make_measure_command(CLI::App& app);
+std::unique_ptr<Command> make_render_command(CLI::App& app);
+std::unique_ptr<Command> make_bench_command(CLI::App& app);
+
+// `farm` outlives the command.
+std::unique_ptr<Command> make_submit_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_status_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_workers_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_watch_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_cancel_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_fetch_command(CLI::App& app, const FarmOptions& farm);
+
+}  // namespace lumenfarm

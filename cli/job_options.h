@@ -1,0 +1,12 @@
+#pragma once
+
+#include "common/scene/job_spec.h"
+
+#include <CLI/CLI.hpp>
+
+namespace lumenfarm {
+
+/// The job options of design section 14, for `run` and `submit`. Ranges are checked by validate(spec) afterwards.
+void declare_job_options(CLI::App& app, JobSpec& spec);
+
+}  // namespace lumenfarm

@@ -1,0 +1,189 @@
+#include "cli/job_text.h"
+
+#include "cli/number.h"
+#include "common/scene/text.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+namespace lumenfarm {
+namespace {
+
+namespace json = boost::json;
+
+template <class... Values>
+std::string line(const char* format, Values... values) {
+    std::array<char, 512> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), format, values...);
+    return buffer.data();
+}
+
+std::string_view name_of(Packing packing) {
+    switch (packing) {
+        case Packing::automatic: return "auto";
+        case Packing::records: return "records";
+        case Packing::maps: return "maps";
+    }
+    return "?";
+}
+
+std::string_view name_of(wire::WorkerState state) {
+    switch (state) {
+        case wire::WorkerState::idle: return "idle";
+        case wire::WorkerState::working: return "working";
+        case wire::WorkerState::draining: return "draining";
+    }
+    return "?";
+}
+
+double fraction(const wire::JobStatus& job) {
+    return job.particles == 0 ? 0 : static_cast<double>(job.committed) / static_cast<double>(job.particles);
+}
+
+std::string title(const wire::JobStatus& job) {
+    return job.name.empty() ? "job " + std::to_string(job.job) : clean_name(job.name);
+}
+
+std::string time_text(std::int64_t unix_seconds) {
+    const std::time_t time = unix_seconds;
+    std::tm local{};
+    std::array<char, 64> buffer{};
+    if (!localtime_r(&time, &local)) return "-";
+    std::strftime(buffer.data(), buffer.size(), "%Y-%m-%d %H:%M:%S", &local);
+    return buffer.data();
+}
+
+std::string count_of(std::uint64_t count) { return short_count(static_cast<double>(count)); }
+
+}  // namespace
+
+std::string_view name_of(wire::JobState state) {
+    switch (state) {
+        case wire::JobState::queued: return "queued";
+        case wire::JobState::running: return "running";
+        case wire::JobState::done: return "done";
+        case wire::JobState::cancelled: return "cancelled";
+        case wire::JobState::failed: return "failed";
+    }
+    return "?";
+}
+
+bool is_final(wire::JobState state) { return state != wire::JobState::queued && state != wire::JobState::running; }
+
+std::string progress_line(const wire::JobStatus& job) {
+    if (job.state == wire::JobState::queued) return title(job) + ": queued";
+    std::string text = title(job) + ": " + count_of(job.committed) + " of " + count_of(job.particles) +
+                       line(" particles (%.0f %%)", std::floor(100 * fraction(job)));
+    if (job.state == wire::JobState::done) return text + ", done in " + duration_text(job.elapsed_seconds);
+    if (job.state != wire::JobState::running) return text + ", " + std::string(name_of(job.state));
+    if (job.particles_per_second > 0) text += ", " + short_count(job.particles_per_second) + "/s";
+    if (job.eta_seconds) text += ", " + duration_text(*job.eta_seconds) + " left";
+    if (job.workers == 0 && job.committed < job.particles) text += ", no worker is at it";
+    return text;
+}
+
+std::string jobs_table(std::span<const wire::JobStatus> jobs) {
+    if (jobs.empty()) return "no jobs\n";
+    std::string text = line("%6s  %-24s %-10s %9s %9s %6s %10s %12s\n", "job", "name", "state", "particles", "done",
+                            "%", "rate", "time left");
+    for (const auto& job : jobs) {
+        const std::string rate = job.particles_per_second > 0 ? short_count(job.particles_per_second) + "/s" : "-";
+        const std::string left = job.eta_seconds ? duration_text(*job.eta_seconds) : "-";
+        text +=
+            line("%6llu  %-24.24s %-10.10s %9s %9s %6.1f %10s %12s\n", static_cast<unsigned long long>(job.job),
+                 title(job).c_str(), std::string(name_of(job.state)).c_str(), count_of(job.particles).c_str(),
+                 count_of(job.committed).c_str(), std::floor(1000 * fraction(job)) / 10, rate.c_str(), left.c_str());
+    }
+    return text;
+}
+
+std::string job_details(const wire::JobStatus& job) {
+    std::string text = line("job        %llu\n", static_cast<unsigned long long>(job.job));
+    const auto add = [&](const char* label, const std::string& value) { text += line("%-10s ", label) + value + "\n"; };
+    add("name", clean_name(job.name));
+    add("state", std::string(name_of(job.state)));
+    if (!job.sentence.empty()) add("reason", clean_name(job.sentence));
+    add("submitted", time_text(job.created_unix_seconds));
+    add("priority", std::to_string(job.priority));
+    add("particles", line("%llu of %llu (%.1f %%)", static_cast<unsigned long long>(job.committed),
+                          static_cast<unsigned long long>(job.particles), std::floor(1000 * fraction(job)) / 10));
+    add("hits", std::to_string(job.hits));
+    if (job.particles_per_second > 0) add("rate", short_count(job.particles_per_second) + " particles/s");
+    if (job.eta_seconds) add("time left", duration_text(*job.eta_seconds));
+    add("time", duration_text(job.elapsed_seconds) + ", " + duration_text(job.trace_seconds) + " of tracing");
+    add("workers", std::to_string(job.workers));
+    add("packing", std::string(name_of(job.packing)));
+    add("scene", job.scene.hex());
+    if (job.digest) add("digest", job.digest->hex());
+    return text;
+}
+
+std::string workers_table(std::span<const wire::WorkerStatus> workers) {
+    if (workers.empty()) return "no workers\n";
+    std::string text = line("%-24s %-21s %-9s %7s %-8s %9s %10s %6s %10s\n", "name", "address", "state", "threads",
+                            "isa", "particles", "rate", "job", "connected");
+    for (const auto& worker : workers) {
+        const std::string job = worker.job == 0 ? "-" : std::to_string(worker.job);
+        text += line("%-24.24s %-21.21s %-9s %7u %-8.8s %9s %10s %6s %10s\n", clean_name(worker.name).c_str(),
+                     clean_name(worker.address).c_str(), std::string(name_of(worker.state)).c_str(), worker.threads,
+                     clean_name(worker.isa).c_str(), count_of(worker.particles).c_str(),
+                     (short_count(worker.particles_per_second) + "/s").c_str(), job.c_str(),
+                     duration_text(worker.connected_seconds).c_str());
+    }
+    return text;
+}
+
+json::object job_document(const wire::JobStatus& job) {
+    return {{"job", job.job},
+            {"name", job.name},
+            {"state", name_of(job.state)},
+            {"sentence", job.sentence},
+            {"priority", job.priority},
+            {"scene", job.scene.hex()},
+            {"packing", name_of(job.packing)},
+            {"particles", job.particles},
+            {"committed", job.committed},
+            {"leased", job.leased},
+            {"hits", job.hits},
+            {"workers", job.workers},
+            {"particles_per_s", job.particles_per_second},
+            {"eta_s", job.eta_seconds ? json::value(*job.eta_seconds) : json::value(nullptr)},
+            {"created_unix_s", job.created_unix_seconds},
+            {"elapsed_s", job.elapsed_seconds},
+            {"trace_s", job.trace_seconds},
+            {"leases_expired", job.leases_expired},
+            {"leases_returned", job.leases_returned},
+            {"results_stale", job.results_stale},
+            {"results_invalid", job.results_invalid},
+            {"digest", job.digest ? json::value(job.digest->hex()) : json::value(nullptr)}};
+}
+
+json::object worker_document(const wire::WorkerStatus& worker) {
+    return {{"session", worker.session},
+            {"name", worker.name},
+            {"address", worker.address},
+            {"state", name_of(worker.state)},
+            {"threads", worker.threads},
+            {"memory_bytes", worker.memory_bytes},
+            {"isa", worker.isa},
+            {"job", worker.job == 0 ? json::value(nullptr) : json::value(worker.job)},
+            {"leases", worker.leases},
+            {"particles", worker.particles},
+            {"particles_per_s", worker.particles_per_second},
+            {"connected_s", worker.connected_seconds},
+            {"silent_s", worker.silent_seconds}};
+}
+
+std::string duration_text(double seconds) {
+    if (!(seconds >= 0)) return "-";
+    if (seconds < 9.95) return line("%.1f s", seconds);
+    const auto whole = static_cast<long long>(std::llround(std::min(seconds, 1e12)));
+    if (whole < 60) return line("%lld s", whole);
+    if (whole < 3600) return line("%lld min %lld s", whole / 60, whole % 60);
+    if (whole < 48 * 3600) return line("%lld h %lld min", whole / 3600, whole % 3600 / 60);
+    return line("%lld days", whole / 86400);
+}
+
+}  // namespace lumenfarm
