@@ -25,7 +25,7 @@ public:
 protected:
     /// Options that `parent` declares may stand behind the subcommand, too.
     Command(CLI::App& parent, const std::string& name, const std::string& help)
-        : app_(*parent.add_subcommand(name, help)->fallthrough()) {}
+        : app_(*parent.add_subcommand(name, help)->fallthrough()->group("Commands")) {}
 
     CLI::App& app_;
 };

@@ -4,6 +4,11 @@
 #include <utility>
 
 namespace lumenfarm {
+namespace {
+
+constexpr double pace_seconds = 1;  // of sets and results: loopback is fast, and somebody watches the progress
+
+}  // namespace
 
 Result<std::unique_ptr<EmbeddedFarm>> EmbeddedFarm::start(const Options& options, const TemporaryFolder& storage) {
     std::unique_ptr<EmbeddedFarm> farm(new EmbeddedFarm);
@@ -11,6 +16,8 @@ Result<std::unique_ptr<EmbeddedFarm>> EmbeddedFarm::start(const Options& options
     master.listen = "127.0.0.1:0";
     master.storage = storage.path() / "master";
     master.isa = options.isa;
+    master.set_target_seconds = pace_seconds;
+    master.flush_seconds = pace_seconds;
     auto started = MasterServer::start(master);
     if (!started) return started.error();
     farm->master_ = std::move(*started);

@@ -1,6 +1,7 @@
 #include "cli/program.h"
 
 #include "cli/commands.h"
+#include "cli/help_format.h"
 #include "cli/options.h"
 
 #include <csignal>
@@ -20,14 +21,17 @@ constexpr const char* about =
     "              lumenfarm inspect out                         (what came out, surface by surface)";
 
 constexpr const char* afterword =
-    "Numbers may be written 25M, 25e6 or 25000000. Every option can also be set in the environment (--keep-hits as\n"
-    "LUMENFARM_KEEP_HITS) and in the configuration file ([run] keep-hits = \"1M\").\n"
-    "Exit status: 0 done, 1 failed, 2 bad input or usage, 3 interrupted with what was done kept.\n"
-    "'lumenfarm COMMAND --help' explains a command.";
+    "'lumenfarm COMMAND --help' explains a command. Every option can also be set in the environment (--keep-hits as\n"
+    "LUMENFARM_KEEP_HITS) and in the configuration file (keep-hits = \"1M\" under [run]).\n"
+    "Exit status: 0 done, 1 failed, 2 bad input or usage, 3 interrupted with what was done kept.";
+
+constexpr const char* afterword_of_commands =
+    "Numbers may be written 25M, 25e6 or 25000000. 'lumenfarm --help' tells more.";
 
 void declare_common(CLI::App& app, FarmOptions& farm) {
     app.require_subcommand(1);
-    app.footer(afterword);
+    app.formatter(std::make_shared<HelpFormat>());
+    app.footer(afterword_of_commands);  // commands take it over when they are declared
     app.set_version_flag("--version", std::string("lumenfarm ") + LUMENFARM_VERSION, "Print the version and exit");
     app.set_help_flag("-h,--help", "Print this help and exit");
     text_option(app, "--master", farm.master, "Where the master of the farm listens, for the commands that ask it")
@@ -84,6 +88,7 @@ int run_program(int argc, const char* const* argv) {
     CLI::App app(about, "lumenfarm");
     declare_common(app, farm);
     const auto commands = declare_commands(app, farm);
+    app.footer(afterword);
     try {
         if (const auto status = parse(app, argc, argv, console)) return *status;
         const auto done = execute(commands, console);

@@ -1,0 +1,220 @@
+#include "common/net/blocking_client.h"
+#include "common/scene/scene_file.h"
+#include "common/solution/run_folder.h"
+#include "tests/loopback/process.h"
+#include "tests/scenes/scene_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+/// A farm of real processes, started as a user would.
+namespace lumenfarm::testing {
+namespace {
+
+std::string scene_file(const Folder& folder) {
+    const auto bytes = encode_scene(mixed_room());
+    return folder.write("mixed.lfscene", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+class Farm : public ::testing::Test {
+protected:
+    Farm() : scene_(scene_file(folder_)) {}
+
+    std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+    std::unique_ptr<Process> start(const std::string& name, std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), program(name));
+        return std::make_unique<Process>(std::move(arguments), std::vector<std::string>{"HOME=" + path("")});
+    }
+
+    void start_master() {
+        master_ = start("lumenfarm-master", {"--listen", "127.0.0.1:0", "--storage", path("store")});
+        ASSERT_TRUE(master_->read_until([&] {
+            const auto at = master_->err().find("listening on ");
+            const auto end = at == std::string::npos ? at : master_->err().find_first_of(",\n", at);
+            if (end != std::string::npos) address_ = master_->err().substr(at + 13, end - at - 13);
+            return !address_.empty();
+        })) << master_->err();
+    }
+
+    std::unique_ptr<Process> start_worker(const std::string& name) const {
+        return start("lumenfarm-worker",
+                     {"--master", address_, "--threads", "1", "--name", name, "--cache", path("cache-" + name)});
+    }
+
+    /// Runs `lumenfarm` to its end and gives what it printed.
+    std::string lumenfarm(std::vector<std::string> arguments, int expected_status = 0) const {
+        const auto process = start("lumenfarm", std::move(arguments));
+        const auto status = process->wait();
+        EXPECT_EQ(status, expected_status) << process->err();
+        return process->out();
+    }
+    boost::json::object json(std::vector<std::string> arguments) const {
+        boost::json::error_code error;
+        auto value = boost::json::parse(lumenfarm(std::move(arguments)), error);
+        EXPECT_FALSE(error) << error.message();
+        return value.is_object() ? value.as_object() : boost::json::object();
+    }
+
+    /// Looks at the farm until `wanted` holds; false when the watchdog's time is over.
+    template <class Reply, class Request, class Wanted>
+    bool look_until(const Request& request, Wanted wanted) const {
+        auto client = net::BlockingClient::connect(*net::HostPort::parse(address_), "test");
+        const auto deadline = Clock::now() + watchdog;
+        while (client && Clock::now() < deadline) {
+            const auto reply = client->ask_for<Reply>(request);
+            if (!reply) return false;
+            if (wanted(*reply)) return true;
+            if (!client->idle(0.02)) return false;
+        }
+        return false;
+    }
+    bool until_job(std::uint64_t job, const std::function<bool(const wire::JobStatus&)>& wanted) const {
+        return look_until<wire::StatusReply>(wire::StatusRequest(job), [&](const wire::StatusReply& reply) {
+            return reply.jobs.size() == 1 && wanted(reply.jobs.front());
+        });
+    }
+    bool until_worker(const std::string& name, const std::function<bool(const wire::WorkerStatus&)>& wanted) const {
+        return look_until<wire::WorkersReply>(wire::WorkersRequest(), [&](const wire::WorkersReply& reply) {
+            for (const auto& worker : reply.workers)
+                if (worker.name == name && wanted(worker)) return true;
+            return false;
+        });
+    }
+
+    Folder folder_;
+    std::string scene_;
+    std::string address_;
+    std::unique_ptr<Process> master_;
+};
+
+bool merged_something(const wire::WorkerStatus& worker) { return worker.particles > 0; }
+
+TEST_F(Farm, FetchedResultIsThatOfRun) {
+    start_master();
+    const auto first = start_worker("first");
+    const auto second = start_worker("second");
+    const std::string submitted =
+        lumenfarm({"submit", scene_, "--particles", "200k", "--keep-hits", "1k", "--wait", "--master", address_});
+    const std::string fetched = lumenfarm({"fetch", "1", "-o", path("fetched"), "--master", address_});
+    const std::string ran = lumenfarm({"run", scene_, "--particles", "200k", "--keep-hits", "1k", "-o", path("ran")});
+
+    const std::string digest = line_after(ran, "digest ");
+    EXPECT_EQ(digest.size(), 64u);
+    EXPECT_EQ(line_after(submitted, "digest "), digest);
+    EXPECT_EQ(line_after(fetched, "digest "), digest);
+    const auto report = json({"inspect", path("fetched"), "--json"});
+    EXPECT_EQ(report.at("digest").as_string(), digest);
+    EXPECT_TRUE(report.at("balance").at("ticks_equal").as_bool());
+    EXPECT_EQ(report.at("particles").to_number<std::uint64_t>(), 200'000u);
+    // the name of what was submitted, and the job as scripts see it
+    const auto job = json({"status", "1", "--json", "--master", address_});
+    EXPECT_EQ(job.at("name").as_string(), "mixed");
+    EXPECT_EQ(job.at("state").as_string(), "done");
+    EXPECT_EQ(job.at("digest").as_string(), digest);
+    EXPECT_EQ(json({"workers", "--json", "--master", address_}).at("workers").as_array().size(), 2u);
+    for (const char* name : {"solution.lfs", "scene.lfscene", "report.json"})
+        EXPECT_TRUE(std::filesystem::exists(folder_ / "ran" / name)) << name;
+    // no camera in the scene: one framing it
+    EXPECT_NE(ran.find(".png"), std::string::npos);
+    EXPECT_NE(ran.find(".exr"), std::string::npos);
+}
+
+TEST_F(Farm, WorkersThatComeAndGoChangeNothing) {
+    const std::vector<std::string> options{"--particles", "1M", "--particles-per-set", "2000"};
+    start_master();
+    const auto first = start_worker("first");
+    std::vector<std::string> submit{"submit", scene_, "--master", address_};
+    submit.insert(submit.end(), options.begin(), options.end());
+    ASSERT_EQ(lumenfarm(submit), "1\n");
+
+    // a worker that starts in the middle helps: the first stands still until it has
+    ASSERT_TRUE(until_worker("first", merged_something));
+    first->send(SIGSTOP);
+    ASSERT_TRUE(until_job(1, [](const wire::JobStatus& job) { return job.state == wire::JobState::running; }));
+    const auto second = start_worker("second");
+    ASSERT_TRUE(until_worker("second", merged_something));
+    first->send(SIGCONT);
+
+    // a worker that is stopped in the middle hands back what it has
+    second->send(SIGTERM);
+    EXPECT_EQ(second->wait(), 0) << second->err();
+    ASSERT_TRUE(until_job(1, [](const wire::JobStatus& job) { return job.state == wire::JobState::done; }));
+    const auto job = json({"status", "1", "--json", "--master", address_});
+    EXPECT_EQ(job.at("leases_expired").to_number<std::uint64_t>(), 0u);
+    EXPECT_EQ(job.at("committed").to_number<std::uint64_t>(), 1'000'000u);
+
+    std::vector<std::string> run{"run", scene_, "-o", path("ran")};
+    run.insert(run.end(), options.begin(), options.end());
+    EXPECT_EQ(line_after(lumenfarm(run), "digest "), job.at("digest").as_string());
+    first->send(SIGTERM);
+    EXPECT_EQ(first->wait(), 0) << first->err();
+}
+
+TEST_F(Farm, CancelledJobKeepsWhatIsDone) {
+    start_master();
+    const auto worker = start_worker("only");
+    ASSERT_EQ(lumenfarm({"submit", scene_, "--particles", "4G", "--name", "long", "--master", address_}), "1\n");
+    ASSERT_TRUE(until_job(1, [](const wire::JobStatus& job) { return job.committed > 0; }));
+    EXPECT_EQ(lumenfarm({"cancel", "1", "--master", address_}), "job 1 is cancelled\n");
+    lumenfarm({"watch", "1", "--master", address_}, 3);
+    lumenfarm({"fetch", "1", "-o", path("fetched"), "--master", address_});
+    const auto report = json({"inspect", path("fetched"), "--json"});
+    EXPECT_FALSE(report.at("complete").as_bool());
+    EXPECT_GT(report.at("particles").to_number<std::uint64_t>(), 0u);
+    EXPECT_TRUE(report.at("balance").at("ticks_equal").as_bool());
+}
+
+/// The files of a folder, none of them half-written.
+std::vector<std::string> files_in(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        names.push_back(entry.path().filename());
+        EXPECT_EQ(names.back().find(".part"), std::string::npos);
+    }
+    return names;
+}
+
+TEST_F(Farm, InterruptedRunKeepsWhatIsDone) {
+    const auto run = start("lumenfarm", {"run", scene_, "--particles", "4G", "-o", path("out")});
+    // progress that is not zero
+    ASSERT_TRUE(run->read_until([&] { return run->err().find("left") != std::string::npos; })) << run->err();
+    run->send(SIGINT);
+    EXPECT_EQ(run->wait(), 3) << run->err();
+    EXPECT_NE(run->err().find("interrupted after "), std::string::npos) << run->err();
+
+    const auto report = json({"inspect", path("out"), "--json"});
+    EXPECT_FALSE(report.at("complete").as_bool());
+    EXPECT_GT(report.at("particles").to_number<std::uint64_t>(), 0u);
+    EXPECT_TRUE(report.at("balance").at("ticks_equal").as_bool());
+    EXPECT_EQ(line_after(run->out(), "digest "), report.at("digest").as_string());
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out/report.json"));
+    files_in(folder_ / "out");
+    lumenfarm({"render", path("out"), "--look-from", "0.5,0.5,0.95", "--look-at", "0.5,0.5,0", "--size", "32x24", "-o",
+               path("view.exr")});
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "view.exr"));
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "view.png"));
+}
+
+TEST_F(Farm, SecondInterruptEndsAtOnceAndLeavesNothing) {
+    const auto temporary = folder_ / "tmp";
+    std::filesystem::create_directory(temporary);
+    Process run({program("lumenfarm"), "run", scene_, "--particles", "4G", "-o", path("out")},
+                {"HOME=" + path(""), "TMPDIR=" + temporary.string()});
+    ASSERT_TRUE(run.read_until([&] { return run.err().find("particles") != std::string::npos; })) << run.err();
+    run.send(SIGTERM);
+    ASSERT_TRUE(run.read_until([&] { return run.err().find("stopping") != std::string::npos; })) << run.err();
+    run.send(SIGTERM);
+    EXPECT_EQ(run.wait(), 3) << run.err();
+    for (const auto& name : files_in(folder_ / "out"))
+        EXPECT_TRUE(name == "solution.lfs" || name == "scene.lfscene" || name == "report.json") << name;
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing
