@@ -296,7 +296,7 @@ def prism():
     screen = gltf.material("screen", (.85, .85, .85))
     flint = glass(gltf, "SF11", SF11, 1.78472)
     crown = glass(gltf, "BK7", BK7, 1.5168)
-    fill = gltf.material("fill lamp", (.8, .8, .8), emissive=(1, 1, 1), spectra={"luminance_cd_m2": 30})
+    fill = gltf.material("fill lamp", (.8, .8, .8), emissive=(1, 1, 1), spectra={"luminance_cd_m2": 10})
     gltf.object("floor", ([quad((-2, 0, 1.8), (4, 0, 0), (0, 0, -3.3))], floor))
     gltf.object("screen", ([quad((-2, 0, -1.5), (4, 0, 0), (0, 1.8, 0))], screen))
     gltf.object("fill lamp", ([quad((-.5, 2.6, -.5), (1, 0, 0), (0, 0, 1))], fill))
@@ -318,13 +318,13 @@ def prism():
     entry = along(centre, inside, -side / 3)  # from here the d line runs through the centre
     for i in range(5):
         target = along(entry, (0, 1, 0), .24 + .045 * i)
-        gltf.spot(f"beam {i + 1}", along(target, arriving, -1.0), target, 250000, .4, .5, EQUAL_ENERGY)
+        gltf.spot(f"beam {i + 1}", along(target, arriving, -1.0), target, 900, .2, .25, EQUAL_ENERGY)
 
     middle, radius = (.65, .282, -.25), .28
     gltf.object("ball", (ball(radius, 4), crown), translation=list(middle))
     slope = math.radians(36)
     down = (math.cos(slope) * .5, -math.sin(slope), math.cos(slope) * math.sqrt(.75))
-    gltf.spot("lamp", along(middle, down, -1.4), middle, 2500, 14, 16, EQUAL_ENERGY)
+    gltf.spot("lamp", along(middle, down, -1.4), middle, 100, 9, 10.5, EQUAL_ENERGY)
     gltf.camera("camera", (.1, 1.35, 3.6), (-.05, .36, -.4), 31, 1.5)
     gltf.write("prism.gltf")
 
