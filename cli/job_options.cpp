@@ -46,7 +46,7 @@ void declare_way_options(CLI::App& app, JobSpec& spec) {
                                }
                                const auto count = parse_count(text);
                                if (!count) return count.error().sentence;
-                               if (*count == 0) return "0 particles make no set; say auto or a number";
+                               if (*count == 0) return "'" + text + "' particles make no set; say auto or a number";
                                spec.particles_per_set = *count;
                                return {};
                            })

@@ -57,6 +57,13 @@ std::vector<std::unique_ptr<Command>> declare_commands(CLI::App& app, const Farm
     return commands;
 }
 
+/// CLI11 asks for a subcommand even where a word stands that is none.
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+    const auto unknown = app.remaining();
+    if (app.get_subcommands().empty() && !unknown.empty()) return "there is no command '" + unknown.front() + "'";
+    return error.what();
+}
+
 /// The exit status where parsing ends the program: a wrong command line, or --help and --version, which are answered.
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, Console& console) {
     try {
@@ -65,7 +72,7 @@ std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, Conso
     } catch (const CLI::Success& answered) {
         return app.exit(answered);
     } catch (const CLI::ParseError& error) {
-        const Error wrong = bad_input(std::string(error.what()) + " ('lumenfarm --help' shows what can be said)");
+        const Error wrong = bad_input(explain(app, error) + " ('lumenfarm --help' shows what can be said)");
         console.error(wrong);
         return exit_code(wrong);
     }

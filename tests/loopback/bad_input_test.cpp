@@ -1,5 +1,7 @@
 #include "tests/import/files.h"
 #include "tests/loopback/process.h"
+#include "tests/scenes/scene_builder.h"
+#include "tests/solution/traced_run.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -57,6 +59,7 @@ protected:
         EXPECT_NE(process.err().find(at_home(bad.says)), std::string::npos) << process.err();
         EXPECT_EQ(process.out(), "");
         EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "something is left";
+        std::filesystem::remove_all(folder_ / "out");
     }
     void expect_all_refused(const std::vector<Case>& cases) {
         for (const auto& bad : cases) expect_refused("lumenfarm", bad);
@@ -136,7 +139,7 @@ TEST_F(BadInput, JobOptions) {
                                                         {"--seed", "1e30"},
                                                         {"--texel", "-1"},
                                                         {"--texel", "nan"},
-                                                        {"--texel", "1e-9"},
+                                                        {"--texel", "1e8"},
                                                         {"--cutoff", "0"},
                                                         {"--cutoff", "2"},
                                                         {"--cutoff", "inf"},
@@ -211,9 +214,10 @@ TEST_F(BadInput, UnwritableOutput) {
 }
 
 TEST_F(BadInput, Results) {
-    write_lit_scene();
-    Process run({program("lumenfarm"), "run", at_home("@/lit.gltf"), "-o", at_home("@/good"), "--particles", "1000"});
-    ASSERT_EQ(run.wait(), 0) << run.err();
+    JobSpec spec;
+    spec.particles = 1'000;
+    const LoadedRun run = test::traced_run(mixed_room(), spec);
+    ASSERT_TRUE(save_run(folder_ / "good", encode_scene(run.scene), run.solution));
     namespace fs = std::filesystem;
     for (const char* name : {"empty", "garbage", "cut", "alone", "other"}) fs::create_directory(folder_ / name);
     for (const char* name : {"garbage", "cut"}) fs::copy(folder_ / "good/scene.lfscene", folder_ / name);
@@ -221,10 +225,11 @@ TEST_F(BadInput, Results) {
     fs::copy(folder_ / "good/solution.lfs", folder_ / "cut");
     fs::resize_file(folder_ / "cut/solution.lfs", fs::file_size(folder_ / "cut/solution.lfs") / 2);
     fs::copy(folder_ / "good/solution.lfs", folder_ / "alone");
-    Process other({program("lumenfarm"), "run", at_home("@/lit.gltf"), "--light", "-o", at_home("@/other"),
-                   "--particles", "1000"});
-    ASSERT_EQ(other.wait(), 0) << other.err();
-    fs::copy_file(folder_ / "good/solution.lfs", folder_ / "other/solution.lfs", fs::copy_options::overwrite_existing);
+    Scene other = run.scene;
+    other.lights.front().photometric *= 2;
+    const auto other_bytes = encode_scene(other);
+    folder_.write("other/scene.lfscene", {reinterpret_cast<const char*>(other_bytes.data()), other_bytes.size()});
+    fs::copy_file(folder_ / "good/solution.lfs", folder_ / "other/solution.lfs");
     folder_.write("points.csv", "0.5,0.5,0\n");
     folder_.write("nan.csv", "0,0,nan\n");
     folder_.write("two.csv", "0,0\n");
@@ -309,7 +314,7 @@ TEST_F(BadInput, MasterThatKnowsBetter) {
                         {{"cancel", "99", "--master", address}, 2, "99"},
                         {{"fetch", "99", "-o", "@/out", "--master", address}, 2, "99"},
                         {{"fetch", "1", "-o", "@/out", "--master", address}, 1, "1"},
-                        {{"submit", "@/lit.gltf", "--texel", "1e-9", "--master", address}, 2, "texel"}});
+                        {{"submit", "@/lit.gltf", "--texel", "1e8", "--master", address}, 2, "texel"}});
     expect_refused("lumenfarm-master", {{"--listen", address, "--storage", "@/store2"}, 1, address});
     expect_refused("lumenfarm-master", {{"--listen", "127.0.0.1:0", "--storage", "@/store"}, 1, "@/store"});
     master.send(SIGTERM);
@@ -324,7 +329,7 @@ TEST_F(BadInput, Daemons) {
              {{"--listen", "0.0.0.0:0", "--storage", "@/store"}, 2, "--allow-plaintext"},
              {{"--listen", "127.0.0.1:0", "--storage", "@/file"}, 1, "@/file"},
              {{"--listen", "127.0.0.1:0", "--storage", "@/store", "--set-seconds", "-1"}, 2, "--set-seconds"},
-             {{"--sing"}, 2, "--sing"}})
+             {{"--storage", "@/store", "--sing"}, 2, "--sing"}})
         expect_refused("lumenfarm-master", bad);
     for (const Case& bad : std::vector<Case>{{{"--master", "nowhere"}, 2, "nowhere"},
                                              {{"--threads", "-1"}, 2, "threads"},

@@ -4,6 +4,7 @@
 #include "tests/scenes/scene_builder.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
 
 #include <set>
 #include <string>
@@ -44,6 +45,8 @@ protected:
         return spec;
     }
 
+    OneDigest() { spdlog::set_level(spdlog::level::err); }
+
     /// Runs all ways on one farm.
     void run(const EmbeddedFarm::Options& options) {
         const auto storage = TemporaryFolder::make();
@@ -81,7 +84,9 @@ TEST_P(OneDigest, WhateverTheWorkersThreadsSetsPackingAndInstructions) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Absorption, OneDigest, ::testing::Values(Absorption::analog, Absorption::attenuate),
-                         [](const auto& info) { return info.param == Absorption::analog ? "Analog" : "Attenuate"; });
+                         [](const auto& tested) {
+                             return tested.param == Absorption::analog ? "Analog" : "Attenuate";
+                         });
 
 }  // namespace
 }  // namespace lumenfarm::testing
