@@ -161,8 +161,9 @@ TEST_F(BadInput, JobOptions) {
                                                         {"--scale", "-1"},
                                                         {"--scale", "inf"}};
     for (const auto& option : options)
-        expect_refused("lumenfarm",
-                       {{"run", "@/lit.gltf", "-o", "@/out", option[0], option[1]}, 2, option[0].substr(2, 5)});
+        expect_refused(
+            "lumenfarm",
+            {{"run", "@/lit.gltf", "-o", "@/out", option[0], option[1]}, 2, option[0].substr(option[0].size() - 4)});
 }
 
 TEST_F(BadInput, Scenes) {
@@ -174,7 +175,8 @@ TEST_F(BadInput, Scenes) {
     folder_.write("garbage.lfscene", std::string(1'000, 'x'));
     folder_.write("unlit.gltf", square_gltf);
     folder_.write("bomb.gltf", "{\"asset\":" + std::string(2'000'000, '['));
-    folder_.write("cut.glb", glb(lit_gltf(), square_bin()).substr(0, 1'500));
+    const std::string whole = glb(lit_gltf(), square_bin());
+    folder_.write("cut.glb", whole.substr(0, whole.size() - 20));
     folder_.write("nobuffer.gltf", replaced(lit_gltf(), "mesh.bin", "gone.bin"));
     folder_.write("notexture.obj", "mtllib notexture.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     folder_.write("notexture.mtl", "newmtl a\nKd 1 1 1\nKe 1 1 1\nmap_Kd gone.png\n");

@@ -203,7 +203,7 @@ TEST_F(Farm, InterruptedRunKeepsWhatIsDone) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / "view.png"));
 }
 
-TEST_F(Farm, SecondInterruptEndsAtOnceAndLeavesNothing) {
+TEST_F(Farm, SecondInterruptEndsAtOnceAndLeavesNothingHalfWritten) {
     const auto temporary = folder_ / "tmp";
     std::filesystem::create_directory(temporary);
     Process run({program("lumenfarm"), "run", scene_, "--particles", "4G", "-o", path("out")},
