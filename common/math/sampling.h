@@ -28,8 +28,10 @@ inline SinCos sin_cos_turns(double turns) {
     const double c_even = 1 + x4 * (1.0 / 24 + x4 * (1.0 / 40320 + x4 * (1.0 / 479001600)));
     const double s = x * (s_even + x2 * s_odd);
     const double c = c_even + x2 * c_odd;
-    const double table[4] = {s, c, -s, -c};
-    return {table[quadrant & 3], table[(quadrant + 1) & 3]};
+    const bool odd = (quadrant & 1) != 0;
+    const double sine = odd ? c : s;
+    const double cosine = odd ? s : c;
+    return {(quadrant & 2) != 0 ? -sine : sine, ((quadrant + 1) & 2) != 0 ? -cosine : cosine};
 }
 
 /// A right-handed orthonormal frame about a unit normal [Duff et al. 2017].

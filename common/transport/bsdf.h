@@ -94,10 +94,10 @@ inline Lobes choose_lobes(const MaterialTable& materials, const Material& materi
     return lobes;
 }
 
-/// Direction after the lobe, unit. u, v in (0, 1) are used by lambert only.
-inline Vec3d scattered_direction(const Lobes& lobes, Lobes::Kind kind, const Incidence& in, double u, double v) {
+/// Direction after the lobe, unit. `cosine_direction`: about +z by Lambert's law, for the lambert lobe.
+inline Vec3d scattered_direction(const Lobes& lobes, Lobes::Kind kind, const Incidence& in, Vec3d cosine_direction) {
     switch (kind) {
-        case Lobes::Kind::lambert: return frame_about(in.normal).to_world(sample_cosine_hemisphere(u, v));
+        case Lobes::Kind::lambert: return frame_about(in.normal).to_world(cosine_direction);
         case Lobes::Kind::mirror: return normalize(in.direction + in.normal * (2 * in.cos_incident));
         case Lobes::Kind::straight: return in.direction;
         case Lobes::Kind::refracted: {

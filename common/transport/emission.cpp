@@ -66,6 +66,7 @@ void fill_wavelengths(const Spectrum& spectrum, LightEmission& light) {
         light.cumulative[bin + 1] = weighted;
     }
     for (double& c : light.cumulative) c /= weighted;
+    light.cumulative.back() = 1;
     light.energy.resize(wavelength_bins);
     const double scale = limits::energy_ticks_nominal * weighted / power;
     for (std::uint32_t bin = 0; bin < wavelength_bins; ++bin) {

@@ -12,7 +12,7 @@
 /// functions of (scene, job spec) that master, worker and readers of a solution compute alike.
 namespace lumenfarm {
 
-inline constexpr std::uint32_t wavelength_guide_size = 4'096;
+inline constexpr std::uint32_t wavelength_guide_size = 16'384;
 
 /// One light's wavelengths and energies. A particle draws its wavelength bin from the light's spectrum times a
 /// visibility weight w, and carries ticks ~ 1 / w so that the expected spectrum is the light's.

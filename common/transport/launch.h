@@ -33,6 +33,7 @@ public:
 private:
     enum Dimension : std::uint32_t { area_u, area_v, angle_u, angle_v, wavelength, side };
     std::uint32_t wavelength_bin(double u) const;
+    std::uint32_t triangle_below(double u) const;
     void leave_surface(const SobolPoint& point, LaunchedParticle& launched) const;
 
     const Scene* scene_;
@@ -44,8 +45,23 @@ private:
 
 inline std::uint32_t Launcher::wavelength_bin(double u) const {
     std::uint32_t bin = emission_->wavelength_guide[static_cast<std::uint32_t>(u * wavelength_guide_size)];
-    while (bin + 1 < wavelength_bins && emission_->cumulative[bin + 1] <= u) ++bin;
+    // one step without a branch settles nearly all; cumulative ends with 1, which no u reaches
+    bin += emission_->cumulative[bin + 1] <= u;
+    while (emission_->cumulative[bin + 1] <= u) ++bin;
     return bin;
+}
+
+inline std::uint32_t Launcher::triangle_below(double u) const {
+    const auto& cumulative = emission_->triangle_cumulative;
+    constexpr std::size_t few = 9;
+    if (cumulative.size() > few) {
+        const auto above = std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, u);
+        return static_cast<std::uint32_t>(above - cumulative.begin() - 1);
+    }
+    // counting has no branch to mispredict
+    std::uint32_t below = 0;
+    for (std::size_t t = 1; t + 1 < cumulative.size(); ++t) below += cumulative[t] <= u;
+    return below;
 }
 
 inline void Launcher::leave_surface(const SobolPoint& point, LaunchedParticle& launched) const {
@@ -53,8 +69,7 @@ inline void Launcher::leave_surface(const SobolPoint& point, LaunchedParticle& l
     const auto& cumulative = emission_->triangle_cumulative;
     // the triangle takes the first coordinate, which is stretched over it again
     double u = uniform(point[area_u]);
-    const auto above = std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, u);
-    const auto t = static_cast<std::uint32_t>(above - cumulative.begin() - 1);
+    const std::uint32_t t = triangle_below(u);
     u = std::clamp((u - cumulative[t]) / (cumulative[t + 1] - cumulative[t]), 0.0, 1.0);
     launched.from_triangle = surface.first_triangle + t;
     const TriangleRecord& triangle = (*triangles_)[launched.from_triangle];

@@ -5,6 +5,7 @@
 #include "common/transport/bsdf.h"
 #include "common/transport/launch.h"
 #include "common/transport/ray_query.h"
+#include "common/transport/scatter_draws.h"
 #include "common/transport/tracer.h"
 
 #include <algorithm>
@@ -46,18 +47,19 @@ public:
 
     /// A particle at its light; books what it emits.
     Flight start(const Launcher& launcher, std::uint32_t particle, EnergyBalance& balance) const;
-    /// Takes the particle on from the triangle that its ray meets (none: it escapes); books, records, and either sets
-    /// the next ray (true) or ends the path (false).
-    bool advance(Flight& flight, const RayAnswer& met, TracedHits& hits) const;
+    /// Takes the particle on from the triangle that its ray meets (none: it escapes) by the draws of its lane; books,
+    /// records, and either sets the next ray (true) or ends the path (false).
+    bool advance(Flight& flight, const RayAnswer& met, const ScatterDraws& draws, std::size_t lane,
+                 TracedHits& hits) const;
 
 private:
     /// True: the particle goes on with the lobe's direction. Books what ends.
-    bool survive(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits, EnergyBalance& balance,
+    bool survive(Flight& flight, const Lobes& lobes, double chance, double rounding, EnergyBalance& balance,
                  Lobes::Kind& kind) const;
     bool survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
                         Lobes::Kind& kind) const;
-    bool survive_attenuated(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
-                            EnergyBalance& balance, Lobes::Kind& kind) const;
+    bool survive_attenuated(Flight& flight, const Lobes& lobes, double chance, double rounding, EnergyBalance& balance,
+                            Lobes::Kind& kind) const;
     bool pass_cutoff(Flight& flight, EnergyBalance& balance) const;
 
     const MaterialTable* materials_;
@@ -66,10 +68,6 @@ private:
     const JobSpec* spec_;
     std::uint32_t light_;
 };
-
-/// Dimension block of the draws at a bounce (counter word 3).
-inline constexpr std::uint32_t scatter_block = 0;
-inline constexpr std::uint32_t roulette_block = 1;
 
 inline std::uint16_t packed_weight(double b) {
     const double scaled = b * 65536;
@@ -89,7 +87,8 @@ inline Flight PathRules::start(const Launcher& launcher, std::uint32_t particle,
     return flight;
 }
 
-inline bool PathRules::advance(Flight& flight, const RayAnswer& met, TracedHits& hits) const {
+inline bool PathRules::advance(Flight& flight, const RayAnswer& met, const ScatterDraws& draws, std::size_t lane,
+                               TracedHits& hits) const {
     EnergyBalance& balance = hits.balance;
     if (met.triangle == none) {
         balance.escaped += flight.energy;
@@ -112,32 +111,31 @@ inline bool PathRules::advance(Flight& flight, const RayAnswer& met, TracedHits&
     if (spec_->absorption == Absorption::attenuate) hits.energies.push_back(flight.energy);
 
     // choose how it goes on
-    const auto draws = philox(spec_->seed, {flight.particle, light_, flight.bounce, scatter_block});
     const SurfaceFacts& surface = surfaces_[triangle.surface];
     Incidence incidence{flight.ray.direction, back ? -triangle.normal : triangle.normal,
                         std::abs(approach),   back,
                         flight.wavelength,    {}};
     if (materials_->textured()) incidence.uv = materials_->uv_at(met.triangle, b1, b2);
-    double chance = uniform(draws[0]);
+    double chance = draws.choice(lane);
     const Lobes lobes = choose_lobes(*materials_, *surface.material, incidence, chance);
     Lobes::Kind kind{};
-    if (!survive(flight, lobes, chance, draws[3], balance, kind)) return false;
+    if (!survive(flight, lobes, chance, draws.rounding(lane), balance, kind)) return false;
     if (++flight.bounce == limits::bounces_max) {
         balance.cut_off += flight.energy;
         ++balance.bounce_limited;
         return false;
     }
     flight.ray.origin = point_on(triangle, b1, b2);
-    flight.ray.direction = scattered_direction(lobes, kind, incidence, uniform(draws[1]), uniform(draws[2]));
+    flight.ray.direction = scattered_direction(lobes, kind, incidence, draws.cosine_direction(lane));
     flight.ray.from_triangle = met.triangle;
     flight.ray.near_edge = std::min({std::abs(e.e0), std::abs(e.e1), std::abs(e.e2)}) < surface.near_volume;
     return true;
 }
 
-inline bool PathRules::survive(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
+inline bool PathRules::survive(Flight& flight, const Lobes& lobes, double chance, double rounding,
                                EnergyBalance& balance, Lobes::Kind& kind) const {
     return spec_->absorption == Absorption::analog ? survive_analog(flight, lobes, chance, balance, kind)
-                                                   : survive_attenuated(flight, lobes, chance, bits, balance, kind);
+                                                   : survive_attenuated(flight, lobes, chance, rounding, balance, kind);
 }
 
 inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
@@ -155,10 +153,9 @@ inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double
     return false;
 }
 
-inline bool PathRules::survive_attenuated(Flight& flight, const Lobes& lobes, double chance, std::uint32_t bits,
+inline bool PathRules::survive_attenuated(Flight& flight, const Lobes& lobes, double chance, double rounding,
                                           EnergyBalance& balance, Lobes::Kind& kind) const {
     // energy shrinks by the albedo, rounded up or down by chance so that its expectation is exact
-    const double rounding = uniform(bits);
     const double left = flight.energy * std::min(lobes.albedo(), 1.0) + rounding;
     const auto energy = std::min(static_cast<std::uint32_t>(left), flight.energy);
     balance.absorbed += flight.energy - energy;

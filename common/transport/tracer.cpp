@@ -5,14 +5,12 @@
 #include "common/transport/launch.h"
 #include "common/transport/path.h"
 #include "common/transport/ray_query.h"
+#include "common/transport/wide_registers.h"
 
 #include <array>
 
 namespace lumenfarm {
 namespace {
-
-/// Paths traced side by side, so that one's memory is fetched while another computes.
-constexpr std::uint32_t flights_side_by_side = 32;
 
 class Tracer final : public TracerScene {
 public:
@@ -35,6 +33,7 @@ private:
     void trace_avx2(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const;
     void trace_baseline(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const;
 
+    const bool wide_registers_ = has_wide_registers();
     const Scene* scene_;
     Emission emission_;
     std::unique_ptr<RayQuery> query_;
@@ -49,6 +48,7 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
     const PathRules rules(materials_, query_->triangles(), surfaces_, spec, range.light);
     std::array<Flight, flights_side_by_side> flights;
     std::array<RayAnswer, flights_side_by_side> answers;
+    ScatterDraws draws;
     std::uint64_t next = range.first;
     const std::uint64_t end = range.first + range.count;
     std::uint32_t active = 0;
@@ -62,9 +62,11 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
             answers[k] = query_->nearest(flights[k].ray);
             if (answers[k].triangle != none) __builtin_prefetch(&query_->triangles()[answers[k].triangle]);
         }
+        for (std::uint32_t k = 0; k < active; ++k) draws.set(k, flights[k].particle, range.light, flights[k].bounce);
+        draws.draw(spec.seed);
         std::uint32_t kept = 0;
         for (std::uint32_t k = 0; k < active; ++k) {
-            const bool goes_on = rules.advance(flights[k], answers[k], hits);
+            const bool goes_on = rules.advance(flights[k], answers[k], draws, k, hits);
             if (!goes_on && next == end) continue;
             if (!goes_on) launch(flights[k]);
             if (kept != k) flights[kept] = flights[k];
@@ -74,7 +76,6 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
     }
 }
 
-// The same arithmetic in wider registers: IEEE 754 fixes every result, and fused multiply-add is left out of the list.
 [[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void Tracer::trace_avx2(const JobSpec& spec, const ParticleRange& range,
                                                                        TracedHits& hits, RayLog* log) const {
     trace_range(spec, range, hits, log);
@@ -86,8 +87,7 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
 }
 
 void Tracer::trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {
-    static const bool wide = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2");
-    if (wide)
+    if (wide_registers_)
         trace_avx2(spec, range, hits, log);
     else
         trace_baseline(spec, range, hits, log);

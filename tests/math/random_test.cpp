@@ -16,6 +16,19 @@ TEST(Philox, GivesTheKnownAnswersOfRandom123) {
     EXPECT_EQ(philox(~0ull, {~0u, ~0u, ~0u, ~0u}), ones);
 }
 
+TEST(Philox, LanesDrawWhatSingleCountersDraw) {
+    PhiloxLanes<5> lanes;
+    for (std::uint32_t k = 0; k < 5; ++k)
+        for (std::uint32_t word = 0; word < 4; ++word) lanes.words[word][k] = 0x9e3779b9u * (4 * k + word + 1);
+    const PhiloxLanes<5> counters = lanes;
+    lanes.draw(0x0123456789abcdefull);
+    for (std::uint32_t k = 0; k < 5; ++k) {
+        const auto single = philox(0x0123456789abcdefull, {counters.words[0][k], counters.words[1][k],
+                                                           counters.words[2][k], counters.words[3][k]});
+        for (std::uint32_t word = 0; word < 4; ++word) EXPECT_EQ(lanes.words[word][k], single[word]);
+    }
+}
+
 TEST(Sobol, FirstDimensionIsVanDerCorput) {
     EXPECT_EQ(sobol(0)[0], 0u);
     EXPECT_EQ(sobol(1)[0], 0x80000000u);
