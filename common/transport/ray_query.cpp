@@ -14,11 +14,11 @@ namespace {
 
 // Lengths as fractions of the scene's half extent S. Embree computes in float (2^-24): its error across the ray stays
 // around 2^-21 S, and grows along the plane of a triangle as 1 / cos of the angle of incidence.
-constexpr double enlargement = 0x1p-16;      ///< by which each edge of Embree's triangles is moved outwards
-constexpr double certain_inside = 0x1p-17;   ///< a candidate farther inside its true edges than this is met for certain
-constexpr double distance_window = 0x1p-17;  ///< candidates closer to each other along the ray are compared in double
-constexpr double near_distance = 0x1p-15;  ///< meetings closer to the origin are looked for only where near_edge is set
-constexpr double near_edge = 0x1p-13;
+constexpr double enlargement = 0x1p-17;      ///< by which each edge of Embree's triangles is moved outwards
+constexpr double certain_inside = 0x1p-18;   ///< a candidate farther inside its true edges than this is met for certain
+constexpr double distance_window = 0x1p-18;  ///< candidates closer to each other along the ray are compared in double
+constexpr double near_distance = 0x1p-16;  ///< meetings closer to the origin are looked for only where near_edge is set
+constexpr double near_edge = 0x1p-14;
 constexpr float certain_cosine = 0.125f;  ///< more grazing candidates are decided in double
 constexpr double origin_window = 1e-12;   ///< of S: meetings closer than this are the origin itself
 constexpr double sliver_ratio = 4;        ///< enlarging by more than this factor needs the bounding parallelogram
