@@ -116,8 +116,9 @@ constexpr const MessageRule* rule_of(MessageType type) {
 }
 
 constexpr std::size_t payload_bytes_max(MessageType type) {
-    const auto* rule = rule_of(type);
-    return rule ? rule->payload_bytes_max : 0;
+    for (const auto& rule : message_rules)
+        if (rule.type == type) return rule.payload_bytes_max;
+    return 0;
 }
 
 constexpr bool caps_within_frame() {
