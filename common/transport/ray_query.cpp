@@ -1,6 +1,7 @@
 #include "common/transport/ray_query.h"
 
 #include "common/support/ensure.h"
+#include "common/support/huge_pages.h"
 #include "common/transport/wide_registers.h"
 
 #include <embree3/rtcore.h>
@@ -161,6 +162,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
     centre_ = (box.low + box.high) * 0.5;
     half_extent_ = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z}) / 2;
     window_ = static_cast<float>(distance_window * half_extent_);
+    records_.reserve(scene.triangles.size());
+    prefer_huge_pages(records_.data(), scene.triangles.size() * sizeof(TriangleRecord));
     records_.resize(scene.triangles.size());
     for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
         const Surface& surface = scene.surfaces[s];
