@@ -98,12 +98,12 @@ TEST(Enclosure, SphereSpreadsIndirectLightEvenly) {
     b.scene.surfaces.push_back({"lower", "lower", half, b.scene.surfaces[0].triangle_count - half, source});
     b.scene.surfaces[0].triangle_count = half;
     b.point_light({0.3, 0.5, -0.2}, 100);
-    const Simulated s = simulate(b.scene, particles(1'000'000));
+    const Simulated s = simulate(b.scene, particles(3'000'000));
     const Simulated direct = [&] {
         SceneBuilder black = b;
         black.scene.spectra[black.scene.materials[white].diffuse.spectrum] = constant_spectrum(0);
         black.scene.spectra[black.scene.materials[source].diffuse.spectrum] = constant_spectrum(0);
-        return simulate(black.scene, particles(1'000'000));
+        return simulate(black.scene, particles(3'000'000));
     }();
     const double truth = 0.8 * 400 * pi / (4 * pi * 0.2);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -112,7 +112,7 @@ TEST(Enclosure, SphereSpreadsIndirectLightEvenly) {
         // 96 slices: the mesh has 0.06 % less area than the sphere
         const double area_ratio = all.area_m2 / (2 * pi);
         expect_oracle((all.illuminance_lx - first.illuminance_lx) * area_ratio,
-                      std::hypot(all.standard_error_lx, first.standard_error_lx), truth, 0.005, "indirect");
+                      std::hypot(all.standard_error_lx, first.standard_error_lx), truth, 0.003, "indirect");
     }
 }
 
