@@ -51,11 +51,9 @@ Effects MasterCore::on_disconnect(SessionId session, double now_s) {
 Effects MasterCore::tick(double now_s) {
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
-        count(Discard::lease_expired, [&] {
-            const std::uint64_t expired = job.active->ledger().expire(now_s);
-            job.record.status.leases_expired += expired;
-            return expired;
-        }());
+        const std::uint64_t expired = job.active->ledger().expire(now_s);
+        job.record.status.leases_expired += expired;
+        count(Discard::lease_expired, expired);
         sample_rate(job, now_s);
         end_if_finished(job, now_s);
     }

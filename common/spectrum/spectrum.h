@@ -30,7 +30,7 @@ constexpr double wavelength_nm(std::uint32_t bin) {
 /// Linear interpolation at the centre of `bin`. REQUIRES: bin < wavelength_bins. Exact for a constant spectrum.
 constexpr double value_at(const Spectrum& spectrum, std::uint32_t bin) {
     const std::size_t i = bin / bins_per_sample;
-    const double fraction = (static_cast<double>(bin % bins_per_sample) + 0.5) / bins_per_sample;
+    const double fraction = (static_cast<double>(bin % bins_per_sample) + 0.5) * (1.0 / bins_per_sample);
     const double low = spectrum.samples[i];
     return low + fraction * (spectrum.samples[i + 1] - low);
 }

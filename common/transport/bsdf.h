@@ -94,16 +94,16 @@ inline Lobes choose_lobes(const MaterialTable& materials, const Material& materi
     return lobes;
 }
 
-/// Direction after the lobe, unit. `cosine_direction`: about +z by Lambert's law, for the lambert lobe.
-inline Vec3d scattered_direction(const Lobes& lobes, Lobes::Kind kind, const Incidence& in, Vec3d cosine_direction) {
+/// Direction after a lobe that leaves no choice, unit. REQUIRES: kind is not lambert.
+inline Vec3d specular_direction(const Lobes& lobes, Lobes::Kind kind, const Incidence& in) {
     switch (kind) {
-        case Lobes::Kind::lambert: return frame_about(in.normal).to_world(cosine_direction);
         case Lobes::Kind::mirror: return normalize(in.direction + in.normal * (2 * in.cos_incident));
-        case Lobes::Kind::straight: return in.direction;
         case Lobes::Kind::refracted: {
             const double eta = 1 / lobes.relative_index;
             return normalize(in.direction * eta + in.normal * (eta * in.cos_incident - lobes.cos_transmitted));
         }
+        case Lobes::Kind::straight:
+        case Lobes::Kind::lambert: break;
     }
     return in.direction;
 }

@@ -6,6 +6,7 @@
 #include "common/scene/scene.h"
 #include "common/transport/emission.h"
 #include "common/transport/ray_query.h"
+#include "common/transport/triangle_lanes.h"
 
 #include <algorithm>
 #include <array>
@@ -15,33 +16,48 @@
 /// How a particle leaves its light: the first dimensions of law 2, from an Owen-scrambled Sobol point at its index.
 namespace lumenfarm {
 
-struct LaunchedParticle {
-    Vec3d origin;
-    Vec3d direction;  ///< unit
-    std::uint32_t from_triangle = none;
-    std::uint32_t wavelength = 0;  ///< bin
-    std::uint32_t energy = 0;      ///< ticks
+/// Particles of consecutive indices at their light, a lane each.
+struct LaunchLanes {
+    RayLanes rays;
+    Lanes<std::uint32_t> wavelength{};  ///< bin
+    Lanes<std::uint32_t> energy{};      ///< ticks
 };
 
 class Launcher {
 public:
     /// REQUIRES: the arguments outlive this.
-    Launcher(const Scene& scene, const Emission& emission, const std::vector<TriangleRecord>& triangles,
-             std::uint64_t seed, std::uint32_t light);
-    LaunchedParticle launch(std::uint32_t particle) const;
+    Launcher(const Scene& scene, const Emission& emission, const RayQuery& query, std::uint64_t seed,
+             std::uint32_t light);
+    /// Particles `first`, `first` + 1 ... Indices wrap at 2^32.
+    void launch(std::uint32_t first, LaunchLanes& launched) const;
 
 private:
     enum Dimension : std::uint32_t { area_u, area_v, angle_u, angle_v, wavelength, side };
+    using PointLanes = std::array<Lanes<double>, sobol_dimensions>;  ///< by dimension, each in (0, 1)
+
+    PointLanes draw_points(std::uint32_t first) const;
     std::uint32_t wavelength_bin(double u) const;
     std::uint32_t triangle_below(double u) const;
-    void leave_surface(const SobolPoint& point, LaunchedParticle& launched) const;
+    void leave_surface(const PointLanes& points, RayLanes& rays) const;
+    void leave_point(const PointLanes& points, RayLanes& rays) const;
 
     const Scene* scene_;
     const Light* light_;
     const LightEmission* emission_;
-    const std::vector<TriangleRecord>* triangles_;
+    const TriangleRecord* triangles_;
+    const ClearanceMap* clearance_;
+    bool clear_light_;
     SobolPoint scramble_;
 };
+
+inline Launcher::PointLanes Launcher::draw_points(std::uint32_t first) const {
+    std::array<SobolPoint, lane_count> raw;
+    for (std::uint32_t k = 0; k < lane_count; ++k) raw[k] = scrambled_sobol(first + k, scramble_);
+    PointLanes points;
+    for (std::size_t d = 0; d < sobol_dimensions; ++d)
+        for (std::size_t k = 0; k < lane_count; ++k) points[d][k] = uniform(raw[k][d]);
+    return points;
+}
 
 inline std::uint32_t Launcher::wavelength_bin(double u) const {
     std::uint32_t bin = emission_->wavelength_guide[static_cast<std::uint32_t>(u * wavelength_guide_size)];
@@ -64,43 +80,66 @@ inline std::uint32_t Launcher::triangle_below(double u) const {
     return below;
 }
 
-inline void Launcher::leave_surface(const SobolPoint& point, LaunchedParticle& launched) const {
+inline void Launcher::leave_surface(const PointLanes& points, RayLanes& rays) const {
     const Surface& surface = scene_->surfaces[light_->surface];
     const auto& cumulative = emission_->triangle_cumulative;
-    // the triangle takes the first coordinate, which is stretched over it again
-    double u = uniform(point[area_u]);
-    const std::uint32_t t = triangle_below(u);
-    u = std::clamp((u - cumulative[t]) / (cumulative[t + 1] - cumulative[t]), 0.0, 1.0);
-    launched.from_triangle = surface.first_triangle + t;
-    const TriangleRecord& triangle = (*triangles_)[launched.from_triangle];
-    const Barycentrics b = sample_triangle(u, uniform(point[area_v]));
-    launched.origin = point_on(triangle, b.b1, b.b2);
-    const bool back = scene_->materials[surface.material].double_sided && uniform(point[side]) < 0.5;
-    const Vec3d local = sample_cosine_hemisphere(uniform(point[angle_u]), uniform(point[angle_v]));
-    launched.direction = frame_about(back ? -triangle.normal : triangle.normal).to_world(local);
+    TriangleLanes triangles;
+    Lanes<double> below, share;
+    for (std::size_t k = 0; k < lane_count; ++k) {
+        const std::uint32_t t = triangle_below(points[area_u][k]);
+        below[k] = cumulative[t];
+        share[k] = cumulative[t + 1] - cumulative[t];
+        rays.from_triangle[k] = surface.first_triangle + t;
+        triangles.set(k, triangles_[surface.first_triangle + t]);
+    }
+    const double back_share = scene_->materials[surface.material].double_sided ? 0.5 : 0;
+    Lanes<double> b1, b2;
+    for (std::size_t k = 0; k < lane_count; ++k) {
+        // the triangle took the first coordinate, which is stretched over it again
+        const double stretched = (points[area_u][k] - below[k]) / share[k];
+        const double u = stretched < 0 ? 0 : stretched > 1 ? 1 : stretched;
+        const Barycentrics b = sample_triangle(u, points[area_v][k]);
+        b1[k] = b.b1;
+        b2[k] = b.b2;
+        rays.origin.set(k, triangles.point(k, b.b1, b.b2));
+        const Vec3d front = triangles.unit_normal(k);
+        const Vec3d normal = points[side][k] < back_share ? -front : front;
+        const Vec3d local = sample_cosine_hemisphere(points[angle_u][k], points[angle_v][k]);
+        rays.direction.set(k, frame_about(normal).to_world(local));
+        rays.clear_start[k] = local.z >= RayQuery::steep_cosine;
+    }
+    for (std::size_t k = 0; k < lane_count; ++k)
+        rays.clear_start[k] &= clearance_->is_clear(triangles_[rays.from_triangle[k]].clearance, b1[k], b2[k]);
 }
 
-inline LaunchedParticle Launcher::launch(std::uint32_t particle) const {
-    const SobolPoint point = scrambled_sobol(particle, scramble_);
-    LaunchedParticle launched;
-    launched.wavelength = wavelength_bin(uniform(point[wavelength]));
-    launched.energy = emission_->energy[launched.wavelength];
-    if (light_->kind == LightKind::surface) {
-        leave_surface(point, launched);
-        return launched;
-    }
-    launched.origin = light_->position;
-    const double u = uniform(point[angle_u]);
-    const double v = uniform(point[angle_v]);
+inline void Launcher::leave_point(const PointLanes& points, RayLanes& rays) const {
     const Frame axis = frame_about(light_->direction);
-    if (light_->kind == LightKind::spot)
-        launched.direction = axis.to_world(
-            sample_spot(u, v, uniform(point[area_u]), uniform(point[area_v]), light_->cos_inner, light_->cos_outer));
-    else if (light_->lambertian)
-        launched.direction = axis.to_world(sample_cosine_hemisphere(u, v));
+    for (std::size_t k = 0; k < lane_count; ++k) {
+        const double u = points[angle_u][k];
+        const double v = points[angle_v][k];
+        const Vec3d direction =
+            light_->kind == LightKind::spot
+                ? axis.to_world(
+                      sample_spot(u, v, points[area_u][k], points[area_v][k], light_->cos_inner, light_->cos_outer))
+            : light_->lambertian ? axis.to_world(sample_cosine_hemisphere(u, v))
+                                 : sample_uniform_zone(u, v, -1, 1);
+        rays.origin.set(k, light_->position);
+        rays.direction.set(k, direction);
+        rays.from_triangle[k] = none;
+        rays.clear_start[k] = clear_light_;
+    }
+}
+
+inline void Launcher::launch(std::uint32_t first, LaunchLanes& launched) const {
+    const PointLanes points = draw_points(first);
+    for (std::size_t k = 0; k < lane_count; ++k) {
+        launched.wavelength[k] = wavelength_bin(points[wavelength][k]);
+        launched.energy[k] = emission_->energy[launched.wavelength[k]];
+    }
+    if (light_->kind == LightKind::surface)
+        leave_surface(points, launched.rays);
     else
-        launched.direction = sample_uniform_zone(u, v, -1, 1);
-    return launched;
+        leave_point(points, launched.rays);
 }
 
 }  // namespace lumenfarm

@@ -4,6 +4,7 @@
 #include "common/scene/job_spec.h"
 #include "common/transport/bsdf.h"
 #include "common/transport/launch.h"
+#include "common/transport/meeting_points.h"
 #include "common/transport/ray_query.h"
 #include "common/transport/scatter_draws.h"
 #include "common/transport/tracer.h"
@@ -15,130 +16,150 @@
 /// One step of a particle's life: where it is met, what is recorded, how it goes on.
 namespace lumenfarm {
 
-/// What a step asks of a surface, without its names.
-struct SurfaceFacts {
-    const Material* material;
-    double near_volume;  ///< an edge volume below this may belong to a point nearer to that edge than near_edge_m()
-};
-/// An edge volume is the edge's length times the distance at which the ray's line passes it, if the direction is a unit
-/// vector; and that distance is at most the one in the plane of the triangle.
-std::vector<SurfaceFacts> surface_facts(const Scene& scene, const RayQuery& query);
+/// Particles in flight, a lane each.
+struct Flights {
+    RayLanes rays;
+    Lanes<std::uint32_t> particle{};
+    Lanes<std::uint32_t> bounce{};
+    Lanes<std::uint32_t> wavelength{};
+    Lanes<std::uint32_t> energy{};        ///< ticks now
+    Lanes<std::uint32_t> start_energy{};  ///< ticks at the light
 
-/// A particle in flight.
-struct Flight {
-    Ray ray;
-    std::uint32_t particle = 0;
-    std::uint32_t bounce = 0;
-    std::uint32_t wavelength = 0;
-    std::uint32_t energy = 0;        ///< ticks now
-    std::uint32_t start_energy = 0;  ///< ticks at the light
+    void move(std::size_t to, std::size_t from) {
+        rays.origin.set(to, rays.origin.at(from));
+        rays.direction.set(to, rays.direction.at(from));
+        rays.from_triangle[to] = rays.from_triangle[from];
+        rays.clear_start[to] = rays.clear_start[from];
+        particle[to] = particle[from];
+        bounce[to] = bounce[from];
+        wavelength[to] = wavelength[from];
+        energy[to] = energy[from];
+        start_energy[to] = start_energy[from];
+    }
+};
+
+/// What a step needs of all lanes, made side by side.
+struct Step {
+    MeetingLanes meetings;
+    MeetingPoints points;
+    ScatterDraws draws;
 };
 
 /// The rules of a job, over a scene. Stateless: everything is drawn from (seed, light, particle, bounce).
 class PathRules {
 public:
+    /// `surfaces`: the material of each.
     PathRules(const MaterialTable& materials, const std::vector<TriangleRecord>& triangles,
-              const std::vector<SurfaceFacts>& surfaces, const JobSpec& spec, std::uint32_t light)
+              const std::vector<const Material*>& surfaces, const JobSpec& spec, std::uint32_t light)
         : materials_(&materials),
           triangles_(triangles.data()),
           surfaces_(surfaces.data()),
           spec_(&spec),
           light_(light) {}
 
-    /// A particle at its light; books what it emits.
-    Flight start(const Launcher& launcher, std::uint32_t particle, EnergyBalance& balance) const;
-    /// Takes the particle on from the triangle that its ray meets (none: it escapes) by the draws of its lane; books,
-    /// records, and either sets the next ray (true) or ends the path (false).
-    bool advance(Flight& flight, const RayAnswer& met, const ScatterDraws& draws, std::size_t lane,
-                 TracedHits& hits) const;
+    /// Sets a lane to a particle at its light; books what it emits.
+    void start(Flights& flights, std::size_t lane, std::uint32_t particle, const LaunchLanes& launched,
+               std::size_t launched_lane, EnergyBalance& balance) const;
+    /// Finds points and draws for the first `count` lanes. REQUIRES: step.meetings are those of flights.rays.
+    void prepare(const Flights& flights, std::size_t count, Step& step) const;
+    /// Takes a particle on from what its ray meets: books, records, and either sets the next ray (true) or ends the
+    /// path (false).
+    bool advance(Flights& flights, std::size_t lane, const Step& step, TracedHits& hits) const;
 
 private:
+    void record(const Flights& flights, std::size_t lane, const Step& step, TracedHits& hits) const;
     /// True: the particle goes on with the lobe's direction. Books what ends.
-    bool survive(Flight& flight, const Lobes& lobes, double chance, double rounding, EnergyBalance& balance,
-                 Lobes::Kind& kind) const;
-    bool survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
+    bool survive(Flights& flights, std::size_t lane, const Lobes& lobes, double chance, double rounding,
+                 EnergyBalance& balance, Lobes::Kind& kind) const;
+    bool survive_analog(std::uint32_t energy, const Lobes& lobes, double chance, EnergyBalance& balance,
                         Lobes::Kind& kind) const;
-    bool survive_attenuated(Flight& flight, const Lobes& lobes, double chance, double rounding, EnergyBalance& balance,
-                            Lobes::Kind& kind) const;
-    bool pass_cutoff(Flight& flight, EnergyBalance& balance) const;
+    bool survive_attenuated(Flights& flights, std::size_t lane, const Lobes& lobes, double chance, double rounding,
+                            EnergyBalance& balance, Lobes::Kind& kind) const;
+    bool pass_cutoff(Flights& flights, std::size_t lane, EnergyBalance& balance) const;
 
     const MaterialTable* materials_;
     const TriangleRecord* triangles_;
-    const SurfaceFacts* surfaces_;
+    const Material* const* surfaces_;
     const JobSpec* spec_;
     std::uint32_t light_;
 };
 
-inline std::uint16_t packed_weight(double b) {
-    const double scaled = b * 65536;
-    return static_cast<std::uint16_t>(scaled < 65535 ? (scaled > 0 ? scaled : 0) : 65535);
-}
-
-inline Flight PathRules::start(const Launcher& launcher, std::uint32_t particle, EnergyBalance& balance) const {
-    const LaunchedParticle launched = launcher.launch(particle);
+inline void PathRules::start(Flights& flights, std::size_t lane, std::uint32_t particle, const LaunchLanes& launched,
+                             std::size_t launched_lane, EnergyBalance& balance) const {
+    const std::uint32_t energy = launched.energy[launched_lane];
     ++balance.particles;
-    balance.emitted += launched.energy;
-    balance.emitted_by_batch[batch_of(particle)] += launched.energy;
-    Flight flight;
-    flight.ray = {launched.origin, launched.direction, launched.from_triangle, true};
-    flight.particle = particle;
-    flight.wavelength = launched.wavelength;
-    flight.energy = flight.start_energy = launched.energy;
-    return flight;
+    balance.emitted += energy;
+    balance.emitted_by_batch[batch_of(particle)] += energy;
+    flights.rays.origin.set(lane, launched.rays.origin.at(launched_lane));
+    flights.rays.direction.set(lane, launched.rays.direction.at(launched_lane));
+    flights.rays.from_triangle[lane] = launched.rays.from_triangle[launched_lane];
+    flights.rays.clear_start[lane] = launched.rays.clear_start[launched_lane];
+    flights.particle[lane] = particle;
+    flights.bounce[lane] = 0;
+    flights.wavelength[lane] = launched.wavelength[launched_lane];
+    flights.energy[lane] = flights.start_energy[lane] = energy;
 }
 
-inline bool PathRules::advance(Flight& flight, const RayAnswer& met, const ScatterDraws& draws, std::size_t lane,
-                               TracedHits& hits) const {
+inline void PathRules::prepare(const Flights& flights, std::size_t count, Step& step) const {
+    step.points.find(triangles_, flights.rays, step.meetings);
+    for (std::size_t k = 0; k < count; ++k) step.draws.set(k, flights.particle[k], light_, flights.bounce[k]);
+    step.draws.draw(spec_->seed, step.points.normal);
+}
+
+inline void PathRules::record(const Flights& flights, std::size_t lane, const Step& step, TracedHits& hits) const {
+    const MeetingPoints& points = step.points;
+    hits.records.push_back(
+        {step.meetings.triangle[lane], static_cast<std::uint16_t>(points.packed_b1[lane]),
+         static_cast<std::uint16_t>(points.packed_b2[lane]), static_cast<std::uint16_t>(points.direction_u[lane]),
+         static_cast<std::uint16_t>(points.direction_v[lane]), static_cast<std::uint16_t>(flights.wavelength[lane]),
+         hit_flags(flights.bounce[lane], batch_of(flights.particle[lane]), points.back[lane])});
+    ++hits.balance.hits;
+    if (spec_->absorption == Absorption::attenuate) hits.energies.push_back(flights.energy[lane]);
+}
+
+inline bool PathRules::advance(Flights& flights, std::size_t lane, const Step& step, TracedHits& hits) const {
     EnergyBalance& balance = hits.balance;
-    if (met.triangle == none) {
-        balance.escaped += flight.energy;
+    const std::uint32_t met = step.meetings.triangle[lane];
+    if (met == none) {
+        balance.escaped += flights.energy[lane];
         return false;
     }
-    const TriangleRecord& triangle = triangles_[met.triangle];
-    const EdgeVolumes e = edge_volumes(triangle, flight.ray.origin, flight.ray.direction);
-    const double scale = 1 / (e.e0 + e.e1 + e.e2);
-    const double b1 = e.e1 * scale;
-    const double b2 = e.e2 * scale;
-
-    // record the hit
-    const double approach = dot(triangle.normal, flight.ray.direction);
-    const bool back = approach > 0;
-    const OctahedralDirection direction = encode_direction(flight.ray.direction);
-    hits.records.push_back({met.triangle, packed_weight(b1), packed_weight(b2), direction.u, direction.v,
-                            static_cast<std::uint16_t>(flight.wavelength),
-                            hit_flags(flight.bounce, batch_of(flight.particle), back)});
-    ++balance.hits;
-    if (spec_->absorption == Absorption::attenuate) hits.energies.push_back(flight.energy);
+    record(flights, lane, step, hits);
 
     // choose how it goes on
-    const SurfaceFacts& surface = surfaces_[triangle.surface];
-    Incidence incidence{flight.ray.direction, back ? -triangle.normal : triangle.normal,
-                        std::abs(approach),   back,
-                        flight.wavelength,    {}};
-    if (materials_->textured()) incidence.uv = materials_->uv_at(met.triangle, b1, b2);
-    double chance = draws.choice(lane);
-    const Lobes lobes = choose_lobes(*materials_, *surface.material, incidence, chance);
+    const MeetingPoints& points = step.points;
+    Incidence incidence{flights.rays.direction.at(lane), points.normal.at(lane), points.cos_incident[lane],
+                        points.back[lane] != 0, flights.wavelength[lane],        {}};
+    if (materials_->textured()) incidence.uv = materials_->uv_at(met, points.b1[lane], points.b2[lane]);
+    double chance = step.draws.choice(lane);
+    const Lobes lobes = choose_lobes(*materials_, *surfaces_[triangles_[met].surface], incidence, chance);
     Lobes::Kind kind{};
-    if (!survive(flight, lobes, chance, draws.rounding(lane), balance, kind)) return false;
-    if (++flight.bounce == limits::bounces_max) {
-        balance.cut_off += flight.energy;
+    if (!survive(flights, lane, lobes, chance, step.draws.rounding(lane), balance, kind)) return false;
+    if (++flights.bounce[lane] == limits::bounces_max) {
+        balance.cut_off += flights.energy[lane];
         ++balance.bounce_limited;
         return false;
     }
-    flight.ray.origin = point_on(triangle, b1, b2);
-    flight.ray.direction = scattered_direction(lobes, kind, incidence, draws.cosine_direction(lane));
-    flight.ray.from_triangle = met.triangle;
-    flight.ray.near_edge = std::min({std::abs(e.e0), std::abs(e.e1), std::abs(e.e2)}) < surface.near_volume;
+
+    // leave
+    const Vec3d direction =
+        kind == Lobes::Kind::lambert ? step.draws.cosine_direction(lane) : specular_direction(lobes, kind, incidence);
+    const double cos_leaving = std::abs(dot(direction, incidence.normal));
+    flights.rays.origin.set(lane, points.position.at(lane));
+    flights.rays.direction.set(lane, direction);
+    flights.rays.from_triangle[lane] = met;
+    flights.rays.clear_start[lane] = step.meetings.clear[lane] != 0 && cos_leaving >= RayQuery::steep_cosine;
     return true;
 }
 
-inline bool PathRules::survive(Flight& flight, const Lobes& lobes, double chance, double rounding,
+inline bool PathRules::survive(Flights& flights, std::size_t lane, const Lobes& lobes, double chance, double rounding,
                                EnergyBalance& balance, Lobes::Kind& kind) const {
-    return spec_->absorption == Absorption::analog ? survive_analog(flight, lobes, chance, balance, kind)
-                                                   : survive_attenuated(flight, lobes, chance, rounding, balance, kind);
+    return spec_->absorption == Absorption::analog
+               ? survive_analog(flights.energy[lane], lobes, chance, balance, kind)
+               : survive_attenuated(flights, lane, lobes, chance, rounding, balance, kind);
 }
 
-inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double chance, EnergyBalance& balance,
+inline bool PathRules::survive_analog(std::uint32_t energy, const Lobes& lobes, double chance, EnergyBalance& balance,
                                       Lobes::Kind& kind) const {
     // survive with probability albedo, energy unchanged [Arvo and Kirk 1990]
     if (chance < lobes.first) {
@@ -149,36 +170,39 @@ inline bool PathRules::survive_analog(Flight& flight, const Lobes& lobes, double
         kind = lobes.second_kind;
         return true;
     }
-    balance.absorbed += flight.energy;
+    balance.absorbed += energy;
     return false;
 }
 
-inline bool PathRules::survive_attenuated(Flight& flight, const Lobes& lobes, double chance, double rounding,
-                                          EnergyBalance& balance, Lobes::Kind& kind) const {
+inline bool PathRules::survive_attenuated(Flights& flights, std::size_t lane, const Lobes& lobes, double chance,
+                                          double rounding, EnergyBalance& balance, Lobes::Kind& kind) const {
     // energy shrinks by the albedo, rounded up or down by chance so that its expectation is exact
-    const double left = flight.energy * std::min(lobes.albedo(), 1.0) + rounding;
-    const auto energy = std::min(static_cast<std::uint32_t>(left), flight.energy);
-    balance.absorbed += flight.energy - energy;
-    flight.energy = energy;
+    const std::uint32_t before = flights.energy[lane];
+    const double left = before * std::min(lobes.albedo(), 1.0) + rounding;
+    const auto energy = std::min(static_cast<std::uint32_t>(left), before);
+    balance.absorbed += before - energy;
+    flights.energy[lane] = energy;
     if (energy == 0) return false;
     kind = chance * lobes.albedo() < lobes.first ? lobes.first_kind : lobes.second_kind;
-    return pass_cutoff(flight, balance);
+    return pass_cutoff(flights, lane, balance);
 }
 
-inline bool PathRules::pass_cutoff(Flight& flight, EnergyBalance& balance) const {
-    const auto threshold = static_cast<std::uint32_t>(std::ceil(spec_->cutoff * flight.start_energy));
-    if (flight.energy >= threshold) return true;
+inline bool PathRules::pass_cutoff(Flights& flights, std::size_t lane, EnergyBalance& balance) const {
+    const std::uint32_t energy = flights.energy[lane];
+    const auto threshold = static_cast<std::uint32_t>(std::ceil(spec_->cutoff * flights.start_energy[lane]));
+    if (energy >= threshold) return true;
     const auto passes = [&] {
-        const auto draws = philox(spec_->seed, {flight.particle, light_, flight.bounce, roulette_block});
-        return uniform(draws[0]) * threshold < flight.energy;
+        const auto draws =
+            philox(spec_->seed, {flights.particle[lane], light_, flights.bounce[lane], roulette_block});
+        return uniform(draws[0]) * threshold < energy;
     };
     if (spec_->cutoff_rule == CutoffRule::roulette && passes()) {
         // the survivor carries the energy of those that end; both are booked as cut off, in expectation zero
-        balance.cut_off -= static_cast<std::int64_t>(threshold) - flight.energy;
-        flight.energy = threshold;
+        balance.cut_off -= static_cast<std::int64_t>(threshold) - energy;
+        flights.energy[lane] = threshold;
         return true;
     }
-    balance.cut_off += flight.energy;
+    balance.cut_off += energy;
     return false;
 }
 

@@ -2,6 +2,8 @@
 
 #include "common/support/ensure.h"
 #include "common/support/huge_pages.h"
+#include "common/transport/clearance.h"
+#include "common/transport/enlarged_triangle.h"
 #include "common/transport/wide_registers.h"
 
 #include <embree3/rtcore.h>
@@ -13,16 +15,15 @@
 namespace lumenfarm {
 namespace {
 
-// Lengths as fractions of the scene's half extent S. Embree computes in float (2^-24): its error across the ray stays
-// around 2^-21 S, and grows along the plane of a triangle as 1 / cos of the angle of incidence.
-constexpr double enlargement = 0x1p-17;      ///< by which each edge of Embree's triangles is moved outwards
-constexpr double certain_inside = 0x1p-18;   ///< a candidate farther inside its true edges than this is met for certain
-constexpr double distance_window = 0x1p-18;  ///< candidates closer to each other along the ray are compared in double
-constexpr double near_distance = 0x1p-16;  ///< meetings closer to the origin are looked for only where near_edge is set
-constexpr double near_edge = 0x1p-14;
-constexpr float certain_cosine = 0.125f;  ///< more grazing candidates are decided in double
-constexpr double origin_window = 1e-12;   ///< of S: meetings closer than this are the origin itself
-constexpr double sliver_ratio = 4;        ///< enlarging by more than this factor needs the bounding parallelogram
+// Lengths as fractions of the scene's half extent S. Embree computes in float (2^-24). Across the ray its error is
+// around 2^-24 S and was never seen above 2^-20 S; along the ray it grows as 1 / cos of the angle of incidence.
+constexpr double enlargement = 0x1p-18;    ///< by which each edge of Embree's triangles is moved outwards
+constexpr double near_reach = 0x1p-18;     ///< what counts as near another triangle
+constexpr double edge_band = 0x1p-17;      ///< what counts as near an edge
+constexpr double clear_distance = 0x1p-19; ///< Embree ignores what a ray with a clear start meets before
+constexpr double careful_window = 0x1p-8;  ///< around a meeting, along the ray, in which all others are compared
+constexpr double origin_window = 1e-12;    ///< meetings closer than this are the origin itself
+static_assert(edge_band >= near_reach);
 
 struct DeviceRelease {
     void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -33,56 +34,15 @@ struct SceneRelease {
 using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
 using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
 
-/// A triangle that contains all points of the plane within `delta` of the true one.
-struct Enlarged {
-    std::array<Vec3d, 3> corners;
-    bool parallel;  ///< each edge was moved outwards by delta; false for slivers, which grow more
-};
-Enlarged enlarged(const std::array<Vec3d, 3>& p, double delta) {
-    const double a = length(p[2] - p[1]);
-    const double b = length(p[0] - p[2]);
-    const double c = length(p[1] - p[0]);
-    const double around = a + b + c;
-    const double inradius = length(cross(p[1] - p[0], p[2] - p[0])) / around;
-    // scaled about the incentre, every edge moves by delta
-    if (delta < (sliver_ratio - 1) * inradius) {
-        const Vec3d incentre = (p[0] * a + p[1] * b + p[2] * c) * (1 / around);
-        const double scale = (inradius + delta) / inradius;
-        return {{incentre + (p[0] - incentre) * scale, incentre + (p[1] - incentre) * scale,
-                 incentre + (p[2] - incentre) * scale},
-                true};
-    }
-    // a sliver: twice the rectangle along its longest edge, so that no corner runs far away
-    const std::size_t longest = a >= b && a >= c ? 0 : b >= c ? 1 : 2;
-    const Vec3d from = p[(longest + 1) % 3];
-    const Vec3d along = normalize(p[(longest + 2) % 3] - from);
-    const Vec3d apex = p[longest] - from;
-    Vec3d across = apex - along * dot(apex, along);
-    const double height = length(across);
-    across = across * (1 / height);
-    const Vec3d corner = from - along * delta - across * delta;
-    return {{corner, corner + along * (2 * (std::max({a, b, c}) + 2 * delta)),
-             corner + across * (2 * (height + 2 * delta))},
-            false};
-}
-
 class EmbreeQuery;
 
-struct Candidate {
-    std::uint32_t triangle = none;
-    std::uint32_t surface = none;
-    double distance = std::numeric_limits<double>::infinity();
-    bool exact = false;
-};
-
-/// Travels with one query through Embree to the filter.
-struct QueryContext {
+/// Travels with one careful query through Embree to the filter.
+struct CarefulContext {
     RTCIntersectContext embree;
     const EmbreeQuery* query;
     const Ray* ray;
-    Candidate best;
-    double least_distance;
-    double shift;  ///< Embree's ray starts this far behind the origin
+    std::uint32_t triangle = none;  ///< the nearest meeting so far
+    double distance = std::numeric_limits<double>::infinity();
 };
 
 class Bare final : public RayQuery::BareScene {
@@ -122,38 +82,36 @@ class EmbreeQuery final : public RayQuery {
 public:
     static Result<std::unique_ptr<RayQuery>> make(const Scene& scene, const std::string& isa);
 
-    RayAnswer nearest(const Ray& ray) const override;
+    std::uint32_t nearest(const Ray& ray) const override;
+    void nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const override;
+    const ClearanceMap& clearance() const override { return clearance_; }
     const std::vector<TriangleRecord>& triangles() const override { return records_; }
-    double near_edge_m() const override { return near_edge * half_extent_; }
     std::string isa() const override { return isa_; }
     std::unique_ptr<BareScene> bare_scene(const Scene& scene) const override;
 
 private:
+    static constexpr std::size_t packet_lanes = 8;
+
     static void filter(const RTCFilterFunctionNArguments* arguments);
-    static void filter_avx2(const RTCFilterFunctionNArguments* arguments);
-    static void filter_baseline(const RTCFilterFunctionNArguments* arguments);
-    /// Decides about one candidate; true when it becomes the best.
-    bool consider(QueryContext& context, const RTCHit& hit, const RTCRay& ray) const;
-    Candidate examine(const QueryContext& context, std::uint32_t triangle, std::uint32_t surface) const;
-    bool certainly_inside(const RTCHit& hit, const RTCRay& ray) const;
-    bool replace_if_nearer(QueryContext& context, Candidate candidate) const;
+    /// Compares a candidate in double; true when it is the nearest so far.
+    bool improve(CarefulContext& context, std::uint32_t triangle) const;
+
+    void fill_packet(const RayLanes& rays, std::size_t first, RTCRayHit8& packet) const;
+    /// Embree's answer for a ray with a clear start needs no second look.
+    bool is_certain(const RTCRayHit8& packet, std::size_t k, std::uint32_t triangle, std::uint32_t from) const;
+    void ask_again(const Ray& ray, std::size_t lane, MeetingLanes& meetings) const;
 
     void fill_records(const Scene& scene);
     void add_surface(const Scene& scene, std::uint32_t surface);
     Result<void> open(const std::string& isa);
 
-    const RTCFilterFunctionN filter_ = has_wide_registers() ? filter_avx2 : filter_baseline;
     Device device_;
     EmbreeScene scene_;
     std::vector<TriangleRecord> records_;
     std::vector<std::uint32_t> first_triangle_;  ///< by surface, which is Embree's geometry
-    /// By surface: (enlargement + certain_inside) * longest enlarged edge; over twice the area it is the barycentric
-    /// margin that a certain meeting keeps from every edge. Infinite for a surface with slivers: all is decided in
-    /// double.
-    std::vector<float> margin_;
+    ClearanceMap clearance_;
     Vec3d centre_;
     double half_extent_ = 1;
-    float window_ = 0;
     std::string isa_;
 };
 
@@ -161,7 +119,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
     const Box box = bounding_box(scene);
     centre_ = (box.low + box.high) * 0.5;
     half_extent_ = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z}) / 2;
-    window_ = static_cast<float>(distance_window * half_extent_);
+    clearance_ = ClearanceMap::make(
+        scene, {near_reach * half_extent_, edge_band * half_extent_, enlargement * half_extent_});
     records_.reserve(scene.triangles.size());
     prefer_huge_pages(records_.data(), scene.triangles.size() * sizeof(TriangleRecord));
     records_.resize(scene.triangles.size());
@@ -170,8 +129,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
         for (std::uint32_t t = surface.first_triangle; t < surface.first_triangle + surface.triangle_count; ++t) {
             TriangleRecord& record = records_[t];
             for (std::size_t k = 0; k < 3; ++k) record.corners[k] = scene.positions[scene.triangles[t][k]];
-            record.normal = normalize(triangle_cross(scene, t));
             record.surface = s;
+            record.clearance = clearance_.triangles()[t];
         }
     }
 }
@@ -184,7 +143,6 @@ void EmbreeQuery::add_surface(const Scene& scene, std::uint32_t s) {
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), 3 * count));
     auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
-    double longest = 0;
     if (vertices && indices) {
         for (std::uint32_t t = 0; t < count; ++t) {
             std::array<Vec3d, 3> corners;
@@ -194,16 +152,13 @@ void EmbreeQuery::add_surface(const Scene& scene, std::uint32_t s) {
             for (std::uint32_t k = 0; k < 3; ++k) {
                 vertices[3 * t + k] = large.corners[k].as<float>();
                 indices[3 * t + k] = 3 * t + k;
-                longest = std::max(longest, length(large.corners[k] - large.corners[(k + 1) % 3]));
             }
-            if (!large.parallel) longest = std::numeric_limits<double>::infinity();
         }
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene_.get(), geometry, s);
     }
     rtcReleaseGeometry(geometry);
     first_triangle_.push_back(surface.first_triangle);
-    margin_.push_back(static_cast<float>((enlargement + certain_inside) * half_extent_ * longest));
 }
 
 Result<void> EmbreeQuery::open(const std::string& isa) {
@@ -236,101 +191,115 @@ Result<std::unique_ptr<RayQuery>> EmbreeQuery::make(const Scene& scene, const st
     return std::unique_ptr<RayQuery>(std::move(query));
 }
 
-bool EmbreeQuery::certainly_inside(const RTCHit& hit, const RTCRay& ray) const {
-    const float area2 = hit.Ng_x * hit.Ng_x + hit.Ng_y * hit.Ng_y + hit.Ng_z * hit.Ng_z;
-    const float approach = hit.Ng_x * ray.dir_x + hit.Ng_y * ray.dir_y + hit.Ng_z * ray.dir_z;
-    if (approach * approach < certain_cosine * certain_cosine * area2) return false;
-    // barycentric weight * (twice the area / longest edge) is at most the distance from the edge
-    const float least = std::min({hit.u, hit.v, 1 - hit.u - hit.v});
-    const float margin = margin_[hit.geomID];
-    return least > 0 && least * least * area2 > margin * margin;
-}
-
-Candidate EmbreeQuery::examine(const QueryContext& context, std::uint32_t triangle, std::uint32_t surface) const {
+bool EmbreeQuery::improve(CarefulContext& context, std::uint32_t triangle) const {
+    if (triangle == context.ray->from_triangle) return false;
     const TriangleMeeting meeting = meet_triangle(records_[triangle], context.ray->origin, context.ray->direction);
-    if (!meeting.meets || meeting.distance <= context.least_distance) return {};
-    return {triangle, surface, meeting.distance, true};
-}
-
-bool EmbreeQuery::replace_if_nearer(QueryContext& context, Candidate candidate) const {
-    Candidate& best = context.best;
-    const double window = distance_window * half_extent_;
-    if (best.triangle == none || candidate.distance < best.distance - window) {
-        best = candidate;
-        return true;
-    }
-    if (candidate.distance > best.distance + window) return false;
-    // too close for float: both in double, ties to the lowest number
-    if (!best.exact) best = examine(context, best.triangle, best.surface);
-    if (!candidate.exact) candidate = examine(context, candidate.triangle, candidate.surface);
-    if (candidate.triangle == none) return false;
-    const bool nearer = candidate.distance < best.distance ||
-                        (candidate.distance == best.distance && candidate.triangle < best.triangle);
-    if (best.triangle != none && !nearer) return false;
-    best = candidate;
+    if (!meeting.meets || meeting.distance <= origin_window * half_extent_) return false;
+    if (meeting.distance > context.distance) return false;
+    if (meeting.distance == context.distance && triangle > context.triangle) return false;
+    context.triangle = triangle;
+    context.distance = meeting.distance;
     return true;
 }
 
-bool EmbreeQuery::consider(QueryContext& context, const RTCHit& hit, const RTCRay& ray) const {
-    const std::uint32_t triangle = first_triangle_[hit.geomID] + hit.primID;
-    if (triangle == context.ray->from_triangle) return false;
-    const double distance = static_cast<double>(ray.tfar) - context.shift;
-    const bool near = distance < context.least_distance + 2 * distance_window * half_extent_;
-    Candidate candidate{triangle, hit.geomID, distance, false};
-    if (near || !certainly_inside(hit, ray)) candidate = examine(context, triangle, hit.geomID);
-    return candidate.triangle != none && replace_if_nearer(context, candidate);
-}
-
-// The same arithmetic in the encoding that Embree's own code uses, which is cheaper to call from there.
-[[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void EmbreeQuery::filter_avx2(
-    const RTCFilterFunctionNArguments* arguments) {
-    filter(arguments);
-}
-
-[[gnu::flatten]] void EmbreeQuery::filter_baseline(const RTCFilterFunctionNArguments* arguments) { filter(arguments); }
-
-inline void EmbreeQuery::filter(const RTCFilterFunctionNArguments* arguments) {
-    auto& context = *reinterpret_cast<QueryContext*>(arguments->context);
-    auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
+void EmbreeQuery::filter(const RTCFilterFunctionNArguments* arguments) {
+    auto& context = *reinterpret_cast<CarefulContext*>(arguments->context);
     const auto& hit = *reinterpret_cast<const RTCHit*>(arguments->hit);
-    if (!context.query->consider(context, hit, ray)) {
+    const EmbreeQuery& query = *context.query;
+    if (!query.improve(context, query.first_triangle_[hit.geomID] + hit.primID)) {
         arguments->valid[0] = 0;
         return;
     }
-    // Embree goes on with everything that may be as near as this in double
-    ray.tfar = static_cast<float>(context.best.distance + context.shift) + context.query->window_;
+    // Embree goes on with everything that may be as near as this; its ray starts a window behind the origin
+    auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
+    ray.tfar = static_cast<float>(context.distance + 2 * careful_window * query.half_extent_);
 }
 
-RayAnswer EmbreeQuery::nearest(const Ray& ray) const {
-    QueryContext context;
+std::uint32_t EmbreeQuery::nearest(const Ray& ray) const {
+    CarefulContext context;
     rtcInitIntersectContext(&context.embree);
-    context.embree.filter = filter_;
+    context.embree.filter = filter;
     context.query = this;
     context.ray = &ray;
-    // Near an edge Embree's ray starts behind the origin, so that a wall that begins right there is not missed.
-    // Elsewhere nothing but the triangle itself is near.
-    const bool careful = ray.near_edge;
-    context.least_distance = (careful ? origin_window : near_distance) * half_extent_;
-    context.shift = careful ? near_distance * half_extent_ : 0;
-    const Vec3f origin = (ray.origin - centre_ - ray.direction * context.shift).as<float>();
+    const Vec3f origin = (ray.origin - centre_ - ray.direction * (careful_window * half_extent_)).as<float>();
     const Vec3f direction = ray.direction.as<float>();
     RTCRayHit hit;
-    hit.ray = {origin.x,
-               origin.y,
-               origin.z,
-               careful ? 0 : static_cast<float>(near_distance / 2 * half_extent_),
-               direction.x,
-               direction.y,
-               direction.z,
-               0,
-               std::numeric_limits<float>::infinity(),
-               ~0u,
-               0,
-               0};
+    hit.ray = {origin.x,    origin.y,    origin.z, 0,   direction.x,
+               direction.y, direction.z, 0,        std::numeric_limits<float>::infinity(),
+               ~0u,         0,           0};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene_.get(), &context.embree, &hit);
-    return {context.best.triangle, context.best.surface};
+    return context.triangle;
+}
+
+void EmbreeQuery::fill_packet(const RayLanes& rays, std::size_t first, RTCRayHit8& packet) const {
+    const auto near = static_cast<float>(clear_distance * half_extent_);
+    for (std::size_t k = 0; k < packet_lanes; ++k) {
+        packet.ray.org_x[k] = static_cast<float>(rays.origin.x[first + k] - centre_.x);
+        packet.ray.org_y[k] = static_cast<float>(rays.origin.y[first + k] - centre_.y);
+        packet.ray.org_z[k] = static_cast<float>(rays.origin.z[first + k] - centre_.z);
+        packet.ray.dir_x[k] = static_cast<float>(rays.direction.x[first + k]);
+        packet.ray.dir_y[k] = static_cast<float>(rays.direction.y[first + k]);
+        packet.ray.dir_z[k] = static_cast<float>(rays.direction.z[first + k]);
+        packet.ray.tnear[k] = near;
+        packet.ray.time[k] = 0;
+        packet.ray.tfar[k] = std::numeric_limits<float>::infinity();
+        packet.ray.mask[k] = ~0u;
+        packet.ray.id[k] = 0;
+        packet.ray.flags[k] = 0;
+        packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+        packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+    }
+}
+
+bool EmbreeQuery::is_certain(const RTCRayHit8& packet, std::size_t k, std::uint32_t triangle,
+                             std::uint32_t from) const {
+    const Vec3f normal{packet.hit.Ng_x[k], packet.hit.Ng_y[k], packet.hit.Ng_z[k]};
+    const Vec3f direction{packet.ray.dir_x[k], packet.ray.dir_y[k], packet.ray.dir_z[k]};
+    const float approach = dot(normal, direction);
+    constexpr auto steep = static_cast<float>(steep_cosine);
+    return triangle != from && approach * approach >= steep * steep * dot(normal, normal) &&
+           clearance_.is_clear(records_[triangle].clearance, packet.hit.u[k], packet.hit.v[k]);
+}
+
+void EmbreeQuery::ask_again(const Ray& ray, std::size_t lane, MeetingLanes& meetings) const {
+    const std::uint32_t triangle = nearest(ray);
+    meetings.triangle[lane] = triangle;
+    meetings.clear[lane] = false;
+    if (triangle == none) return;
+    const TriangleMeeting meeting = meet_triangle(records_[triangle], ray.origin, ray.direction);
+    meetings.clear[lane] = clearance_.is_clear(records_[triangle].clearance, meeting.b1, meeting.b2);
+}
+
+void EmbreeQuery::nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    std::array<RTCRayHit8, lane_count / packet_lanes> packets;
+    for (std::size_t first = 0; first < count; first += packet_lanes) {
+        RTCRayHit8& packet = packets[first / packet_lanes];
+        fill_packet(rays, first, packet);
+        alignas(32) std::array<int, packet_lanes> valid;
+        for (std::size_t k = 0; k < packet_lanes; ++k)
+            valid[k] = first + k < count && rays.clear_start[first + k] != 0 ? -1 : 0;
+        rtcIntersect8(valid.data(), scene_.get(), &context, &packet);
+        for (std::size_t k = 0; k < packet_lanes; ++k) {
+            const std::uint32_t surface = packet.hit.geomID[k];
+            std::uint32_t& triangle = meetings.triangle[first + k];
+            triangle = surface == RTC_INVALID_GEOMETRY_ID ? none : first_triangle_[surface] + packet.hit.primID[k];
+            if (triangle != none) __builtin_prefetch(&records_[triangle]);
+        }
+    }
+    for (std::size_t lane = 0; lane < count; ++lane) {
+        const std::uint32_t triangle = meetings.triangle[lane];
+        const bool clear_start = rays.clear_start[lane] != 0;
+        meetings.clear[lane] = true;
+        if (clear_start && triangle == none) continue;
+        if (clear_start && is_certain(packets[lane / packet_lanes], lane % packet_lanes, triangle,
+                                      rays.from_triangle[lane]))
+            continue;
+        ask_again(rays.at(lane), lane, meetings);
+    }
 }
 
 std::unique_ptr<RayQuery::BareScene> EmbreeQuery::bare_scene(const Scene& scene) const {

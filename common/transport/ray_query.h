@@ -2,6 +2,7 @@
 
 #include "common/scene/scene.h"
 #include "common/support/result.h"
+#include "common/transport/lanes.h"
 #include "common/transport/triangle_test.h"
 
 #include <cstdint>
@@ -9,35 +10,47 @@
 #include <string>
 #include <vector>
 
-/// Nearest meeting of a ray with the scene. Embree finds the candidates over slightly enlarged triangles; every
-/// doubtful one is decided by triangle_test.h, so that the answer does not depend on Embree's instruction set
-/// (docs/physics.md).
+/// Nearest meetings of rays with the scene: of all meetings at a distance > 0 in double (triangle_test.h) the nearest,
+/// ties to the lowest number. Embree finds it; where its float arithmetic leaves doubt, double decides, so that the
+/// answer does not depend on Embree's instruction set (docs/physics.md).
 namespace lumenfarm {
 
 struct Ray {
     Vec3d origin;
     Vec3d direction;                     ///< unit
     std::uint32_t from_triangle = none;  ///< that the origin lies on; it is not met again
-    bool near_edge = false;  ///< the origin lies so near an edge that another triangle may be closer than near_m()
 };
 
-/// A candidate or the final answer.
-struct RayAnswer {
-    std::uint32_t triangle = none;
-    std::uint32_t surface = none;
+struct RayLanes {
+    VecLanes origin;
+    VecLanes direction;
+    Lanes<std::uint32_t> from_triangle{};
+    /// Not 0: no other triangle is near the origin (Clearance) and the ray leaves its own triangle at a cosine of at
+    /// least RayQuery::steep_cosine. Such rays are answered sooner; the answer is the same.
+    Lanes<std::uint32_t> clear_start{};
+
+    Ray at(std::size_t lane) const { return {origin.at(lane), direction.at(lane), from_triangle[lane]}; }
+};
+
+struct MeetingLanes {
+    Lanes<std::uint32_t> triangle{};  ///< none: nothing is met
+    Lanes<std::uint32_t> clear{};     ///< not 0: no other triangle is near the meeting (Clearance)
 };
 
 class RayQuery {
 public:
+    static constexpr double steep_cosine = 1.0 / 16;
+
     /// Errors: failed (Embree's sentence). `isa` as in TracerScene::make.
     static Result<std::unique_ptr<RayQuery>> make(const Scene& scene, const std::string& isa);
     virtual ~RayQuery() = default;
 
-    /// The triangle of the nearest meeting at a distance > 0; ties go to the lowest number.
-    virtual RayAnswer nearest(const Ray& ray) const = 0;
+    /// The triangle that the ray meets, or none.
+    virtual std::uint32_t nearest(const Ray& ray) const = 0;
+    /// The same for the first `count` lanes.
+    virtual void nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const = 0;
+    virtual const ClearanceMap& clearance() const = 0;
     virtual const std::vector<TriangleRecord>& triangles() const = 0;
-    /// Rays that start closer than this to an edge of their triangle set near_edge [m].
-    virtual double near_edge_m() const = 0;
     virtual std::string isa() const = 0;
 
     /// The bare rate of Embree over the same rays, for the benchmark: plain triangles, no filter. One call a ray.

@@ -7,10 +7,16 @@
 #include "common/transport/ray_query.h"
 #include "common/transport/wide_registers.h"
 
-#include <array>
+#include <vector>
 
 namespace lumenfarm {
 namespace {
+
+std::vector<const Material*> materials_by_surface(const Scene& scene) {
+    std::vector<const Material*> materials;
+    for (const Surface& surface : scene.surfaces) materials.push_back(&scene.materials[surface.material]);
+    return materials;
+}
 
 class Tracer final : public TracerScene {
 public:
@@ -19,7 +25,7 @@ public:
           emission_(std::move(emission)),
           query_(std::move(query)),
           materials_(scene),
-          surfaces_(surface_facts(scene, *query_)) {}
+          surface_materials_(materials_by_surface(scene)) {}
 
     const Scene& scene() const override { return *scene_; }
     const Emission& emission() const override { return emission_; }
@@ -38,38 +44,58 @@ private:
     Emission emission_;
     std::unique_ptr<RayQuery> query_;
     MaterialTable materials_;
-    std::vector<SurfaceFacts> surfaces_;
+    std::vector<const Material*> surface_materials_;
+};
+
+/// The particles of a range in turn, made ready lanes at a time.
+class Queue {
+public:
+    Queue(const Launcher& launcher, const PathRules& rules, const ParticleRange& range)
+        : launcher_(launcher), rules_(rules), next_(range.first), end_(range.first + range.count) {}
+
+    bool is_empty() const { return next_ == end_; }
+    /// REQUIRES: !is_empty().
+    void start_next(Flights& flights, std::size_t lane, EnergyBalance& balance) {
+        if (ready_ == lane_count) {
+            launcher_.launch(static_cast<std::uint32_t>(next_), launched_);
+            ready_ = 0;
+        }
+        rules_.start(flights, lane, static_cast<std::uint32_t>(next_++), launched_, ready_++, balance);
+    }
+
+private:
+    const Launcher& launcher_;
+    const PathRules& rules_;
+    std::uint64_t next_;
+    std::uint64_t end_;
+    LaunchLanes launched_;
+    std::size_t ready_ = lane_count;  ///< the next lane of launched_
 };
 
 inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {
     ensure(range.light < scene_->lights.size() && range.first + range.count <= limits::particles_max,
            "range is within the light");
-    const Launcher launcher(*scene_, emission_, query_->triangles(), spec.seed, range.light);
-    const PathRules rules(materials_, query_->triangles(), surfaces_, spec, range.light);
-    std::array<Flight, flights_side_by_side> flights;
-    std::array<RayAnswer, flights_side_by_side> answers;
-    ScatterDraws draws;
-    std::uint64_t next = range.first;
-    const std::uint64_t end = range.first + range.count;
-    std::uint32_t active = 0;
-    const auto launch = [&](Flight& flight) {
-        flight = rules.start(launcher, static_cast<std::uint32_t>(next++), hits.balance);
-    };
-    while (active < flights_side_by_side && next < end) launch(flights[active++]);
+    const Launcher launcher(*scene_, emission_, *query_, spec.seed, range.light);
+    const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, range.light);
+    Queue queue(launcher, rules, range);
+    Flights flights;
+    Step step;
+    std::size_t active = 0;
+    while (active < lane_count && !queue.is_empty()) queue.start_next(flights, active++, hits.balance);
     while (active > 0) {
-        for (std::uint32_t k = 0; k < active; ++k) {
-            if (log) log->push_back(flights[k].ray);
-            answers[k] = query_->nearest(flights[k].ray);
-            if (answers[k].triangle != none) __builtin_prefetch(&query_->triangles()[answers[k].triangle]);
-        }
-        for (std::uint32_t k = 0; k < active; ++k) draws.set(k, flights[k].particle, range.light, flights[k].bounce);
-        draws.draw(spec.seed);
-        std::uint32_t kept = 0;
-        for (std::uint32_t k = 0; k < active; ++k) {
-            const bool goes_on = rules.advance(flights[k], answers[k], draws, k, hits);
-            if (!goes_on && next == end) continue;
-            if (!goes_on) launch(flights[k]);
-            if (kept != k) flights[kept] = flights[k];
+        if (log)
+            for (std::size_t k = 0; k < active; ++k) log->push_back(flights.rays.at(k));
+        query_->nearest(flights.rays, active, step.meetings);
+        rules.prepare(flights, active, step);
+        std::size_t kept = 0;
+        for (std::size_t k = 0; k < active; ++k) {
+            if (rules.advance(flights, k, step, hits)) {
+                if (kept != k) flights.move(kept, k);
+            } else if (!queue.is_empty()) {
+                queue.start_next(flights, kept, hits.balance);
+            } else {
+                continue;
+            }
             ++kept;
         }
         active = kept;
@@ -96,11 +122,11 @@ void Tracer::trace(const JobSpec& spec, const ParticleRange& range, TracedHits& 
 TracerScene::Meeting Tracer::meet(Vec3d origin, Vec3d direction, std::uint32_t from_triangle) const {
     const double scale = length(direction);
     const Vec3d unit = direction * (1 / scale);
-    const RayAnswer answer = query_->nearest({origin, unit, from_triangle, true});
-    if (answer.triangle == none) return {};
-    const TriangleMeeting meeting = meet_triangle(query_->triangles()[answer.triangle], origin, unit);
-    return {answer.triangle, meeting.distance / scale, meeting.b1, meeting.b2,
-            dot(query_->triangles()[answer.triangle].normal, unit) > 0};
+    const std::uint32_t triangle = query_->nearest({origin, unit, from_triangle});
+    if (triangle == none) return {};
+    const TriangleRecord& record = query_->triangles()[triangle];
+    const TriangleMeeting meeting = meet_triangle(record, origin, unit);
+    return {triangle, meeting.distance / scale, meeting.b1, meeting.b2, dot(unit_normal(record), unit) > 0};
 }
 
 }  // namespace

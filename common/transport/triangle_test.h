@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/math/vec.h"
+#include "common/transport/clearance.h"
 
 #include <array>
 #include <cstdint>
@@ -12,9 +13,15 @@ namespace lumenfarm {
 struct alignas(64) TriangleRecord {
     std::array<Vec3f, 3> corners;
     std::uint32_t surface = 0;
-    Vec3d normal;  ///< unit, of the front
+    Clearance clearance;
 };
 static_assert(sizeof(TriangleRecord) == 64);
+
+/// Of the front, unit.
+inline Vec3d unit_normal(const TriangleRecord& triangle) {
+    const Vec3d a = triangle.corners[0].as<double>();
+    return normalize(cross(triangle.corners[1].as<double>() - a, triangle.corners[2].as<double>() - a));
+}
 
 struct TriangleMeeting {
     double distance = 0;  ///< in units of the direction's length
@@ -22,35 +29,35 @@ struct TriangleMeeting {
     bool meets = false;
 };
 
-/// Signed volumes of the ray's line with the three edges. cross() is antisymmetric to the bit, so two triangles that
-/// share an edge agree on which side of it the line passes: no line slips between them, whatever the instruction set.
+/// Signed volumes of a ray's line with the three edges of a triangle, from its corners relative to the origin. cross()
+/// is antisymmetric to the bit, so two triangles that share an edge agree on which side of it the line passes: no line
+/// slips between them, whatever the instruction set.
 struct EdgeVolumes {
     double e0, e1, e2;
     bool inside() const { return (e0 >= 0 && e1 >= 0 && e2 >= 0) || (e0 <= 0 && e1 <= 0 && e2 <= 0); }
 };
 
-inline EdgeVolumes edge_volumes(const TriangleRecord& triangle, Vec3d origin, Vec3d direction) {
-    const Vec3d a = triangle.corners[0].as<double>() - origin;
-    const Vec3d b = triangle.corners[1].as<double>() - origin;
-    const Vec3d c = triangle.corners[2].as<double>() - origin;
+inline EdgeVolumes edge_volumes(Vec3d a, Vec3d b, Vec3d c, Vec3d direction) {
     return {dot(direction, cross(b, c)), dot(direction, cross(c, a)), dot(direction, cross(a, b))};
 }
 
 /// The meeting of the line with the triangle. `meets` is false where the line passes outside or along the plane.
 inline TriangleMeeting meet_triangle(const TriangleRecord& triangle, Vec3d origin, Vec3d direction) {
-    const EdgeVolumes e = edge_volumes(triangle, origin, direction);
+    const Vec3d a = triangle.corners[0].as<double>() - origin;
+    const EdgeVolumes e = edge_volumes(a, triangle.corners[1].as<double>() - origin,
+                                       triangle.corners[2].as<double>() - origin, direction);
     const double volume = e.e0 + e.e1 + e.e2;
-    const double approach = dot(triangle.normal, direction);
-    if (!e.inside() || volume == 0 || approach == 0) return {};
-    const double distance = dot(triangle.normal, triangle.corners[0].as<double>() - origin) / approach;
+    if (!e.inside() || volume == 0) return {};
+    const Vec3d normal = unit_normal(triangle);
+    const double approach = dot(normal, direction);
+    if (approach == 0) return {};
     const double scale = 1 / volume;
-    return {distance, e.e1 * scale, e.e2 * scale, true};
+    return {dot(normal, a) / approach, e.e1 * scale, e.e2 * scale, true};
 }
 
 /// The point with these barycentric weights: it lies on the triangle, however far the ray came.
-inline Vec3d point_on(const TriangleRecord& triangle, double b1, double b2) {
-    return triangle.corners[0].as<double>() * (1 - b1 - b2) + triangle.corners[1].as<double>() * b1 +
-           triangle.corners[2].as<double>() * b2;
+inline Vec3d point_on(Vec3d corner0, Vec3d corner1, Vec3d corner2, double b1, double b2) {
+    return corner0 * (1 - b1 - b2) + corner1 * b1 + corner2 * b2;
 }
 
 }  // namespace lumenfarm

@@ -17,15 +17,16 @@ TEST(Philox, GivesTheKnownAnswersOfRandom123) {
 }
 
 TEST(Philox, LanesDrawWhatSingleCountersDraw) {
-    PhiloxLanes<5> lanes;
-    for (std::uint32_t k = 0; k < 5; ++k)
-        for (std::uint32_t word = 0; word < 4; ++word) lanes.words[word][k] = 0x9e3779b9u * (4 * k + word + 1);
-    const PhiloxLanes<5> counters = lanes;
+    PhiloxLanes<6> lanes;
+    const auto counter = [](std::uint32_t k) {
+        const std::uint32_t step = 0x9e3779b9u;
+        return std::array<std::uint32_t, 4>{step * (4 * k + 1), step * (4 * k + 2), step * (4 * k + 3), step * (4 * k + 4)};
+    };
+    for (std::uint32_t k = 0; k < 6; ++k) lanes.set(k, counter(k));
     lanes.draw(0x0123456789abcdefull);
-    for (std::uint32_t k = 0; k < 5; ++k) {
-        const auto single = philox(0x0123456789abcdefull, {counters.words[0][k], counters.words[1][k],
-                                                           counters.words[2][k], counters.words[3][k]});
-        for (std::uint32_t word = 0; word < 4; ++word) EXPECT_EQ(lanes.words[word][k], single[word]);
+    for (std::uint32_t k = 0; k < 6; ++k) {
+        const auto single = philox(0x0123456789abcdefull, counter(k));
+        for (std::uint32_t word = 0; word < 4; ++word) EXPECT_EQ(lanes.word(word, k), single[word]);
     }
 }
 
