@@ -57,8 +57,18 @@ constexpr std::array<std::array<SobolPoint, 256>, 4> byte_tables() {
     return tables;
 }
 
+constexpr SobolBlock first_block() {
+    const auto tables = byte_tables();
+    SobolBlock block{};
+    for (std::size_t d = 0; d < sobol_dimensions; ++d)
+        for (std::size_t k = 0; k < sobol_block; ++k) block[d][k] = tables[0][k][d];
+    return block;
+}
+
 }  // namespace
 
 const std::array<std::array<SobolPoint, 256>, 4> sobol_reversed_tables = byte_tables();
+
+const SobolBlock sobol_reversed_block = first_block();
 
 }  // namespace lumenfarm

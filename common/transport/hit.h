@@ -37,15 +37,17 @@ inline std::uint32_t batch_of(std::uint64_t particle) { return static_cast<std::
 struct OctahedralDirection {
     std::uint16_t u = 0, v = 0;
 };
-inline OctahedralDirection encode_direction(Vec3d unit) {
-    const double scale = 1 / (std::abs(unit.x) + std::abs(unit.y) + std::abs(unit.z));
-    const double u = unit.x * scale;
-    const double v = unit.y * scale;
+inline OctahedralDirection encode_direction(Vec3f unit) {
+    const float scale = 1 / (std::abs(unit.x) + std::abs(unit.y) + std::abs(unit.z));
+    const float u = unit.x * scale;
+    const float v = unit.y * scale;
     // the lower half is folded outwards; values are selected, since which half is a coin toss
-    const double folded_u = std::copysign(1 - std::abs(v), u);
-    const double folded_v = std::copysign(1 - std::abs(u), v);
+    const float folded_u = std::copysign(1 - std::abs(v), u);
+    const float folded_v = std::copysign(1 - std::abs(u), v);
     const bool lower = unit.z < 0;
-    const auto quantize = [](double value) { return static_cast<std::uint16_t>((value + 1) * 32767.5 + 0.5); };
+    const auto quantize = [](float value) {
+        return static_cast<std::uint16_t>(static_cast<std::int32_t>((value + 1) * 32767.5f + 0.5f));
+    };
     return {quantize(lower ? folded_u : u), quantize(lower ? folded_v : v)};
 }
 Vec3d decode_direction(OctahedralDirection packed);

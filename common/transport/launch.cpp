@@ -20,7 +20,7 @@ Launcher::Launcher(const Scene& scene, const Emission& emission, const RayQuery&
       clear_light_(query.clearance().lights()[light]) {
     const auto low = philox(seed, {0, light, scramble_bounce, 0});
     const auto high = philox(seed, {0, light, scramble_bounce, 1});
-    scramble_ = {low[0], low[1], low[2], low[3], high[0], high[1], 0, 0};
+    scramble_ = {low[0], low[1], low[2], low[3], high[0], high[1]};
 }
 
 }  // namespace lumenfarm

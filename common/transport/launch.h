@@ -28,18 +28,17 @@ public:
     /// REQUIRES: the arguments outlive this.
     Launcher(const Scene& scene, const Emission& emission, const RayQuery& query, std::uint64_t seed,
              std::uint32_t light);
-    /// Particles `first`, `first` + 1 ... Indices wrap at 2^32.
+    /// Particles `first`, `first` + 1 ... REQUIRES: `first` is a multiple of lane_count.
     void launch(std::uint32_t first, LaunchLanes& launched) const;
 
 private:
     enum Dimension : std::uint32_t { area_u, area_v, angle_u, angle_v, wavelength, side };
-    using PointLanes = std::array<Lanes<double>, sobol_dimensions>;  ///< by dimension, each in (0, 1)
+    static_assert(lane_count == sobol_block);
 
-    PointLanes draw_points(std::uint32_t first) const;
     std::uint32_t wavelength_bin(double u) const;
     std::uint32_t triangle_below(double u) const;
-    void leave_surface(const PointLanes& points, RayLanes& rays) const;
-    void leave_point(const PointLanes& points, RayLanes& rays) const;
+    void leave_surface(const SobolBlock& points, RayLanes& rays) const;
+    void leave_point(const SobolBlock& points, RayLanes& rays) const;
 
     const Scene* scene_;
     const Light* light_;
@@ -49,15 +48,6 @@ private:
     bool clear_light_;
     SobolPoint scramble_;
 };
-
-inline Launcher::PointLanes Launcher::draw_points(std::uint32_t first) const {
-    std::array<SobolPoint, lane_count> raw;
-    for (std::uint32_t k = 0; k < lane_count; ++k) raw[k] = scrambled_sobol(first + k, scramble_);
-    PointLanes points;
-    for (std::size_t d = 0; d < sobol_dimensions; ++d)
-        for (std::size_t k = 0; k < lane_count; ++k) points[d][k] = uniform(raw[k][d]);
-    return points;
-}
 
 inline std::uint32_t Launcher::wavelength_bin(double u) const {
     std::uint32_t bin = emission_->wavelength_guide[static_cast<std::uint32_t>(u * wavelength_guide_size)];
@@ -80,47 +70,49 @@ inline std::uint32_t Launcher::triangle_below(double u) const {
     return below;
 }
 
-inline void Launcher::leave_surface(const PointLanes& points, RayLanes& rays) const {
+inline void Launcher::leave_surface(const SobolBlock& points, RayLanes& rays) const {
     const Surface& surface = scene_->surfaces[light_->surface];
     const auto& cumulative = emission_->triangle_cumulative;
     TriangleLanes triangles;
     Lanes<double> below, share;
     for (std::size_t k = 0; k < lane_count; ++k) {
-        const std::uint32_t t = triangle_below(points[area_u][k]);
+        const std::uint32_t t = triangle_below(uniform(points[area_u][k]));
         below[k] = cumulative[t];
         share[k] = cumulative[t + 1] - cumulative[t];
         rays.from_triangle[k] = surface.first_triangle + t;
-        triangles.set(k, triangles_[surface.first_triangle + t]);
     }
+    triangles.gather(triangles_, rays.from_triangle);
     const double back_share = scene_->materials[surface.material].double_sided ? 0.5 : 0;
     Lanes<double> b1, b2;
     for (std::size_t k = 0; k < lane_count; ++k) {
         // the triangle took the first coordinate, which is stretched over it again
-        const double stretched = (points[area_u][k] - below[k]) / share[k];
+        const double stretched = (uniform(points[area_u][k]) - below[k]) / share[k];
         const double u = stretched < 0 ? 0 : stretched > 1 ? 1 : stretched;
-        const Barycentrics b = sample_triangle(u, points[area_v][k]);
+        const Barycentrics b = sample_triangle(u, uniform(points[area_v][k]));
         b1[k] = b.b1;
         b2[k] = b.b2;
         rays.origin.set(k, triangles.point(k, b.b1, b.b2));
         const Vec3d front = triangles.unit_normal(k);
-        const Vec3d normal = points[side][k] < back_share ? -front : front;
-        const Vec3d local = sample_cosine_hemisphere(points[angle_u][k], points[angle_v][k]);
-        rays.direction.set(k, frame_about(normal).to_world(local));
-        rays.clear_start[k] = local.z >= RayQuery::steep_cosine;
+        const Vec3d normal = uniform(points[side][k]) < back_share ? -front : front;
+        const Vec3d direction =
+            sample_cosine_about(normal, uniform_float(points[angle_u][k]), uniform_float(points[angle_v][k]));
+        rays.direction.set(k, direction);
+        rays.clear_start[k] = dot(direction, normal) >= RayQuery::steep_cosine;
     }
     for (std::size_t k = 0; k < lane_count; ++k)
         rays.clear_start[k] &= clearance_->is_clear(triangles_[rays.from_triangle[k]].clearance, b1[k], b2[k]);
 }
 
-inline void Launcher::leave_point(const PointLanes& points, RayLanes& rays) const {
-    const Frame axis = frame_about(light_->direction);
+inline void Launcher::leave_point(const SobolBlock& points, RayLanes& rays) const {
+    const Frame<double> axis = frame_about(light_->direction);
     for (std::size_t k = 0; k < lane_count; ++k) {
-        const double u = points[angle_u][k];
-        const double v = points[angle_v][k];
+        const double u = uniform(points[angle_u][k]);
+        const double v = uniform(points[angle_v][k]);
         const Vec3d direction =
             light_->kind == LightKind::spot
                 ? axis.to_world(
-                      sample_spot(u, v, points[area_u][k], points[area_v][k], light_->cos_inner, light_->cos_outer))
+                      sample_spot(u, v, uniform(points[area_u][k]), uniform(points[area_v][k]), light_->cos_inner,
+                                            light_->cos_outer))
             : light_->lambertian ? axis.to_world(sample_cosine_hemisphere(u, v))
                                  : sample_uniform_zone(u, v, -1, 1);
         rays.origin.set(k, light_->position);
@@ -131,9 +123,9 @@ inline void Launcher::leave_point(const PointLanes& points, RayLanes& rays) cons
 }
 
 inline void Launcher::launch(std::uint32_t first, LaunchLanes& launched) const {
-    const PointLanes points = draw_points(first);
+    const SobolBlock points = scrambled_sobol(first, scramble_);
     for (std::size_t k = 0; k < lane_count; ++k) {
-        launched.wavelength[k] = wavelength_bin(points[wavelength][k]);
+        launched.wavelength[k] = wavelength_bin(uniform(points[wavelength][k]));
         launched.energy[k] = emission_->energy[launched.wavelength[k]];
     }
     if (light_->kind == LightKind::surface)

@@ -132,7 +132,7 @@ inline bool PathRules::advance(Flights& flights, std::size_t lane, const Step& s
                         points.back[lane] != 0, flights.wavelength[lane],        {}};
     if (materials_->textured()) incidence.uv = materials_->uv_at(met, points.b1[lane], points.b2[lane]);
     double chance = step.draws.choice(lane);
-    const Lobes lobes = choose_lobes(*materials_, *surfaces_[triangles_[met].surface], incidence, chance);
+    const Lobes lobes = choose_lobes(*materials_, *surfaces_[step.points.surface(lane)], incidence, chance);
     Lobes::Kind kind{};
     if (!survive(flights, lane, lobes, chance, step.draws.rounding(lane), balance, kind)) return false;
     if (++flights.bounce[lane] == limits::bounces_max) {

@@ -130,6 +130,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
             TriangleRecord& record = records_[t];
             for (std::size_t k = 0; k < 3; ++k) record.corners[k] = scene.positions[scene.triangles[t][k]];
             record.surface = s;
+            const auto corner = [&](std::size_t k) { return record.corners[k].as<double>(); };
+            record.per_double_area_m2 = 1 / length(double_area_normal(corner(0), corner(1), corner(2)));
             record.clearance = clearance_.triangles()[t];
         }
     }

@@ -25,10 +25,9 @@ public:
     /// Draws for all lanes, directions about these normals.
     void draw(std::uint64_t seed, const VecLanes& normals) {
         philox_.draw(seed);
-        for (std::size_t k = 0; k < lane_count; ++k) {
-            const Vec3d local = sample_cosine_hemisphere(uniform(philox_.word(1, k)), uniform(philox_.word(2, k)));
-            directions_.set(k, frame_about(normals.at(k)).to_world(local));
-        }
+        for (std::size_t k = 0; k < lane_count; ++k)
+            directions_.set(k, sample_cosine_about(normals.at(k), uniform_float(philox_.word(1, k)),
+                                                   uniform_float(philox_.word(2, k))));
     }
     double choice(std::size_t lane) const { return uniform(philox_.word(0, lane)); }
     double rounding(std::size_t lane) const { return uniform(philox_.word(3, lane)); }

@@ -56,11 +56,10 @@ public:
     bool is_empty() const { return next_ == end_; }
     /// REQUIRES: !is_empty().
     void start_next(Flights& flights, std::size_t lane, EnergyBalance& balance) {
-        if (ready_ == lane_count) {
-            launcher_.launch(static_cast<std::uint32_t>(next_), launched_);
-            ready_ = 0;
-        }
-        rules_.start(flights, lane, static_cast<std::uint32_t>(next_++), launched_, ready_++, balance);
+        const std::size_t in_block = next_ % lane_count;
+        const std::uint64_t block = next_ - in_block;
+        if (block != block_) launcher_.launch(static_cast<std::uint32_t>(block_ = block), launched_);
+        rules_.start(flights, lane, static_cast<std::uint32_t>(next_++), launched_, in_block, balance);
     }
 
 private:
@@ -69,7 +68,7 @@ private:
     std::uint64_t next_;
     std::uint64_t end_;
     LaunchLanes launched_;
-    std::size_t ready_ = lane_count;  ///< the next lane of launched_
+    std::uint64_t block_ = ~std::uint64_t{0};  ///< the first particle of launched_
 };
 
 inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {

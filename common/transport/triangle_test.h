@@ -13,14 +13,18 @@ namespace lumenfarm {
 struct alignas(64) TriangleRecord {
     std::array<Vec3f, 3> corners;
     std::uint32_t surface = 0;
+    double per_double_area_m2 = 0;  ///< 1 / |cross(edge1, edge2)|
     Clearance clearance;
 };
 static_assert(sizeof(TriangleRecord) == 64);
 
+/// From the corners, along the front's normal, as long as twice the area.
+inline Vec3d double_area_normal(Vec3d a, Vec3d b, Vec3d c) { return cross(b - a, c - a); }
 /// Of the front, unit.
 inline Vec3d unit_normal(const TriangleRecord& triangle) {
-    const Vec3d a = triangle.corners[0].as<double>();
-    return normalize(cross(triangle.corners[1].as<double>() - a, triangle.corners[2].as<double>() - a));
+    return double_area_normal(triangle.corners[0].as<double>(), triangle.corners[1].as<double>(),
+                              triangle.corners[2].as<double>()) *
+           triangle.per_double_area_m2;
 }
 
 struct TriangleMeeting {

@@ -17,14 +17,14 @@ TEST(Philox, GivesTheKnownAnswersOfRandom123) {
 }
 
 TEST(Philox, LanesDrawWhatSingleCountersDraw) {
-    PhiloxLanes<6> lanes;
+    PhiloxLanes<8> lanes;
     const auto counter = [](std::uint32_t k) {
         const std::uint32_t step = 0x9e3779b9u;
         return std::array<std::uint32_t, 4>{step * (4 * k + 1), step * (4 * k + 2), step * (4 * k + 3), step * (4 * k + 4)};
     };
-    for (std::uint32_t k = 0; k < 6; ++k) lanes.set(k, counter(k));
+    for (std::uint32_t k = 0; k < 8; ++k) lanes.set(k, counter(k));
     lanes.draw(0x0123456789abcdefull);
-    for (std::uint32_t k = 0; k < 6; ++k) {
+    for (std::uint32_t k = 0; k < 8; ++k) {
         const auto single = philox(0x0123456789abcdefull, counter(k));
         for (std::uint32_t word = 0; word < 4; ++word) EXPECT_EQ(lanes.word(word, k), single[word]);
     }
@@ -38,19 +38,34 @@ TEST(Sobol, FirstDimensionIsVanDerCorput) {
     EXPECT_EQ(sobol(3)[1], 0x40000000u);
 }
 
-constexpr SobolPoint seeds{0x12345678u, 77, 99, 0xdeadbeefu, 5, 0x87654321u, 0, 0};
+constexpr SobolPoint seeds{0x12345678u, 77, 99, 0xdeadbeefu, 5, 0x87654321u};
+
+std::uint32_t scrambled(std::uint32_t index, std::size_t dimension, const SobolPoint& scramble = seeds) {
+    return scrambled_sobol(index / sobol_block * sobol_block, scramble)[dimension][index % sobol_block];
+}
+
+TEST(Sobol, BlocksHoldThePointsOfTheirIndices) {
+    for (const std::uint32_t first : {0u, 32u, 0x12345660u, 0xffffffe0u}) {
+        const SobolBlock block = scrambled_sobol(first, seeds);
+        for (std::uint32_t k = 0; k < sobol_block; ++k) {
+            const SobolPoint point = sobol(first + k);
+            for (std::size_t d = 0; d < sobol_dimensions; ++d)
+                EXPECT_EQ(block[d][k], reverse_bits(scrambled_reversed(reverse_bits(point[d]), seeds[d])));
+        }
+    }
+}
 
 TEST(Sobol, EveryDimensionIsStratifiedBeforeAndAfterTheScramble) {
     constexpr std::uint32_t count = 1024;
     for (std::uint32_t d = 0; d < sobol_dimensions; ++d) {
         std::bitset<count> plain;
-        std::bitset<count> scrambled;
+        std::bitset<count> shuffled;
         for (std::uint32_t i = 0; i < count; ++i) {
             plain.set(sobol(i)[d] >> 22);
-            scrambled.set(scrambled_sobol(i, seeds)[d] >> 22);
+            shuffled.set(scrambled(i, d) >> 22);
         }
         EXPECT_TRUE(plain.all()) << d;
-        EXPECT_TRUE(scrambled.all()) << d;
+        EXPECT_TRUE(shuffled.all()) << d;
     }
 }
 
@@ -59,8 +74,8 @@ TEST(Sobol, FirstTwoDimensionsFillEveryElementaryBox) {
     for (std::uint32_t k = 0; k <= 10; ++k) {
         std::set<std::uint32_t> boxes;
         for (std::uint32_t i = 0; i < 1024; ++i) {
-            const std::uint32_t x = k == 0 ? 0 : scrambled_sobol(i, seeds)[0] >> (32 - k);
-            const std::uint32_t y = k == 10 ? 0 : scrambled_sobol(i, seeds)[1] >> (22 + k);
+            const std::uint32_t x = k == 0 ? 0 : scrambled(i, 0) >> (32 - k);
+            const std::uint32_t y = k == 10 ? 0 : scrambled(i, 1) >> (22 + k);
             boxes.insert(x << (10 - k) | y);
         }
         EXPECT_EQ(boxes.size(), 1024u) << k;
@@ -70,7 +85,7 @@ TEST(Sobol, FirstTwoDimensionsFillEveryElementaryBox) {
 TEST(Sobol, OtherSeedsGiveOtherPoints) {
     std::uint32_t same = 0;
     for (std::uint32_t i = 0; i < 1000; ++i)
-        same += scrambled_sobol(i, seeds)[2] == scrambled_sobol(i, SobolPoint{})[2];
+        same += scrambled(i, 2) == scrambled(i, 2, SobolPoint{});
     EXPECT_LT(same, 3u);
 }
 

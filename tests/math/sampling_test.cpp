@@ -85,7 +85,7 @@ TEST(Sampling, ChiSquareSeesAWrongDensity) {
 TEST(Sampling, SineAndCosineAreThoseOfTheLibrary) {
     for (int i = 0; i <= 100'000; ++i) {
         const double turns = i / 100'000.0;
-        const SinCos sc = sin_cos_turns(turns);
+        const auto sc = sin_cos_turns(turns);
         ASSERT_NEAR(sc.sin, std::sin(2 * pi * turns), 1e-11);
         ASSERT_NEAR(sc.cos, std::cos(2 * pi * turns), 1e-11);
     }
@@ -94,7 +94,7 @@ TEST(Sampling, SineAndCosineAreThoseOfTheLibrary) {
 TEST(Sampling, FrameIsOrthonormalAndRightHanded) {
     for (std::uint32_t i = 0; i < 1000; ++i) {
         const Vec3d n = sample_uniform_zone(four(i)[0], four(i)[1], -1, 1);
-        const Frame f = frame_about(n);
+        const auto f = frame_about(n);
         ASSERT_NEAR(length(f.tangent), 1, 1e-10);
         ASSERT_NEAR(dot(f.tangent, f.normal), 0, 1e-10);
         ASSERT_NEAR(dot(cross(f.tangent, f.bitangent), f.normal), 1, 1e-10);

@@ -78,10 +78,10 @@ TEST(HitRecord, DirectionsSurviveThePackingWithinItsStep) {
     for (std::uint32_t i = 0; i < 10'000; ++i) {
         const auto r = philox(9, {i, 0, 0, 0});
         const Vec3d d = sample_uniform_zone(uniform(r[0]), uniform(r[1]), -1, 1);
-        ASSERT_LT(length(decode_direction(encode_direction(d)) - d), 7e-5);
+        ASSERT_LT(length(decode_direction(encode_direction(d.as<float>())) - d), 7e-5);
     }
     for (const Vec3d axis : {Vec3d{1, 0, 0}, Vec3d{0, -1, 0}, Vec3d{0, 0, 1}, Vec3d{0, 0, -1}})
-        EXPECT_LT(length(decode_direction(encode_direction(axis)) - axis), 7e-5);
+        EXPECT_LT(length(decode_direction(encode_direction(axis.as<float>())) - axis), 7e-5);
 }
 
 TEST(HitRecord, FlagsHoldBounceBatchAndSide) {
