@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::uint32_t coarse_side = 8;
 constexpr std::uint32_t fine_side = 64;
-constexpr double fine_cell_reaches = 8;  // fine cells are worth their memory where they are this many times the reach
+constexpr double fine_share = 1.0 / 4096;  // fine cells are for triangles that hold this much of the scene's area
+constexpr double edge_bands_max = 2;     // shallow parts widen the band along the edges up to this many times
 constexpr double enlargement_max = 3;    // of the inradius: beyond it the weights of both triangles differ too much
 static_assert(coarse_side * coarse_side == 64);
 constexpr std::size_t fine_words = std::size_t{fine_side} * fine_side / 64;
@@ -24,6 +25,10 @@ public:
         : scene_(scene), rules_(rules), octree_(Octree::make(scene)) {
         const Box box = octree_.box(Octree::root());
         root_ = {(box.low + box.high) * 0.5, (box.high.x - box.low.x) / 2};
+        for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
+            const Corners c = corners(t);
+            double_area_m2_ += length(cross(c[1] - c[0], c[2] - c[0]));
+        }
     }
 
     Clearance clearance(std::uint32_t triangle, std::vector<std::uint64_t>& words) const {
@@ -31,31 +36,29 @@ public:
         if (rules_.enlargement_m >= enlargement_max * slab.inradius_m()) return {};
         // Scaling about the incentre by 1 + enlargement / inradius moves no weight by more than that fraction.
         const double slack = rules_.enlargement_m / slab.inradius_m();
-        std::array<std::uint64_t, 1> coarse{};
+        double band_m = rules_.edge_band_m;
         std::vector<WeightPolygon> parts;
         auto visit = [&](std::uint32_t other) {
             if (other == triangle) return;
             const WeightPolygon part = slab.near_part(corners(other), rules_.edge_band_m);
             if (part.empty()) return;
-            slab.mark(part, coarse_side, slack, coarse.data());
-            parts.push_back(part);
+            const double needed_m = slab.depth_m(part) + rules_.reach_m;
+            if (needed_m <= edge_bands_max * rules_.edge_band_m)
+                band_m = std::max(band_m, needed_m);
+            else
+                parts.push_back(part);
         };
         visit_near(slab, 0, root_, visit);
 
         Clearance clearance;
-        clearance.least_weight =
-            static_cast<float>((rules_.enlargement_m + rules_.edge_band_m) / slab.least_height_m());
+        clearance.least_weight = static_cast<float>((rules_.enlargement_m + band_m) / slab.least_height_m());
         if (parts.empty()) return clearance;
         clearance.first_word = static_cast<std::uint32_t>(words.size());
-        if (slab.least_height_m() < fine_cell_reaches * rules_.reach_m * fine_side) {
-            clearance.cells_per_side = coarse_side;
-            words.push_back(~coarse[0]);
-            return clearance;
-        }
-        std::array<std::uint64_t, fine_words> fine{};
-        for (const WeightPolygon& part : parts) slab.mark(part, fine_side, slack, fine.data());
-        clearance.cells_per_side = fine_side;
-        for (const std::uint64_t word : fine) words.push_back(~word);
+        clearance.cells_per_side = slab.double_area_m2() >= fine_share * double_area_m2_ ? fine_side : coarse_side;
+        std::array<std::uint64_t, fine_words> near{};
+        for (const WeightPolygon& part : parts) slab.mark(part, clearance.cells_per_side, slack, near.data());
+        for (std::size_t w = 0; w < clearance.cells_per_side * clearance.cells_per_side / 64; ++w)
+            words.push_back(~near[w]);
         return clearance;
     }
 
@@ -97,6 +100,7 @@ private:
     ClearanceRules rules_;
     Octree octree_;
     Cube root_;
+    double double_area_m2_ = 0;  ///< of the scene
 };
 
 }  // namespace

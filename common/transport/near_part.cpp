@@ -47,10 +47,10 @@ Slab::Slab(const Corners& corners, double reach_m) : near_(reach_m), reach_m_(re
     const Vec3d edge1 = corners[1] - corners[0];
     const Vec3d edge2 = corners[2] - corners[0];
     const Vec3d across = cross(edge1, edge2);
-    const double area2 = length(across);
-    normal_ = across * (1 / area2);
-    slopes_[1] = cross(edge2, normal_) * (1 / area2);
-    slopes_[2] = cross(normal_, edge1) * (1 / area2);
+    double_area_m2_ = length(across);
+    normal_ = across * (1 / double_area_m2_);
+    slopes_[1] = cross(edge2, normal_) * (1 / double_area_m2_);
+    slopes_[2] = cross(normal_, edge1) * (1 / double_area_m2_);
     slopes_[0] = -(slopes_[1] + slopes_[2]);
     for (std::size_t k = 0; k < 3; ++k) steepness_[k] = length(slopes_[k]);
 }
@@ -73,19 +73,6 @@ bool Slab::holds(Vec3d point) const {
     return true;
 }
 
-template <class Points>
-bool Slab::lies_beyond_an_edge(const Points& points, double edge_band_m) const {
-    std::array<double, 3> most{-1e300, -1e300, -1e300};
-    for (const WeightPolygon::Corner& p : points) {
-        most[0] = std::max(most[0], 1 - p.b1 - p.b2);
-        most[1] = std::max(most[1], p.b1);
-        most[2] = std::max(most[2], p.b2);
-    }
-    for (std::size_t k = 0; k < 3; ++k)
-        if (most[k] <= (edge_band_m - reach_m_) * steepness_[k]) return true;
-    return false;
-}
-
 WeightPolygon Slab::near_part(const Corners& other, double edge_band_m) const {
     if (!near_.touches(other)) return {};
     WeightPolygon whole;
@@ -98,10 +85,11 @@ WeightPolygon Slab::near_part(const Corners& other, double edge_band_m) const {
         high = std::max(high, height);
         whole.add({dot(slopes_[1], from), dot(slopes_[2], from), height});
     }
-    if (low > reach_m_ || high < -reach_m_ || lies_beyond_an_edge(whole, edge_band_m)) return {};
+    const double shallow = edge_band_m - reach_m_;
+    if (low > reach_m_ || high < -reach_m_ || depth_m(whole) <= shallow) return {};
     const WeightPolygon inside =
         whole.below(&WeightPolygon::Corner::height, 1, reach_m_).below(&WeightPolygon::Corner::height, -1, reach_m_);
-    return lies_beyond_an_edge(inside, edge_band_m) ? WeightPolygon{} : inside;
+    return depth_m(inside) <= shallow ? WeightPolygon{} : inside;
 }
 
 void Slab::mark(const WeightPolygon& near, std::uint32_t side, double weight_slack, std::uint64_t* words) const {
