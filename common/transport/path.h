@@ -60,8 +60,9 @@ public:
     /// Sets a lane to a particle at its light; books what it emits.
     void start(Flights& flights, std::size_t lane, std::uint32_t particle, const LaunchLanes& launched,
                std::size_t launched_lane, EnergyBalance& balance) const;
-    /// Finds points and draws for the first `count` lanes. REQUIRES: step.meetings are those of flights.rays.
-    void prepare(const Flights& flights, std::size_t count, Step& step) const;
+    /// Finds points and draws; lanes that are not in flight hold numbers without meaning. REQUIRES: step.meetings are
+    /// those of flights.rays.
+    void prepare(const Flights& flights, Step& step) const;
     /// Takes a particle on from what its ray meets: books, records, and either sets the next ray (true) or ends the
     /// path (false).
     bool advance(Flights& flights, std::size_t lane, const Step& step, TracedHits& hits) const;
@@ -100,10 +101,9 @@ inline void PathRules::start(Flights& flights, std::size_t lane, std::uint32_t p
     flights.energy[lane] = flights.start_energy[lane] = energy;
 }
 
-inline void PathRules::prepare(const Flights& flights, std::size_t count, Step& step) const {
+inline void PathRules::prepare(const Flights& flights, Step& step) const {
     step.points.find(triangles_, flights.rays, step.meetings);
-    for (std::size_t k = 0; k < count; ++k) step.draws.set(k, flights.particle[k], light_, flights.bounce[k]);
-    step.draws.draw(spec_->seed, step.points.normal);
+    step.draws.draw(spec_->seed, flights.particle, light_, flights.bounce, step.points.normal);
 }
 
 inline void PathRules::record(const Flights& flights, std::size_t lane, const Step& step, TracedHits& hits) const {

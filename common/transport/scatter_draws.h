@@ -18,19 +18,16 @@ inline constexpr std::uint32_t roulette_block = 1;
 
 class ScatterDraws {
 public:
-    /// The particle of a lane and its bounce; lanes that are not set draw for whatever they held.
-    void set(std::size_t lane, std::uint32_t particle, std::uint32_t light, std::uint32_t bounce) {
-        philox_.set(lane, {particle, light, bounce, scatter_block});
-    }
     /// Draws for all lanes, directions about these normals.
-    void draw(std::uint64_t seed, const VecLanes& normals) {
-        philox_.draw(seed);
+    void draw(std::uint64_t seed, const Lanes<std::uint32_t>& particle, std::uint32_t light,
+              const Lanes<std::uint32_t>& bounce, const VecLanes& normals) {
+        philox_.draw(seed, particle, light, bounce, scatter_block);
         for (std::size_t k = 0; k < lane_count; ++k)
-            directions_.set(k, sample_cosine_about(normals.at(k), uniform_float(philox_.word(1, k)),
-                                                   uniform_float(philox_.word(2, k))));
+            directions_.set(k, sample_cosine_about(normals.at(k), uniform_float(philox_.word(1)[k]),
+                                                   uniform_float(philox_.word(2)[k])));
     }
-    double choice(std::size_t lane) const { return uniform(philox_.word(0, lane)); }
-    double rounding(std::size_t lane) const { return uniform(philox_.word(3, lane)); }
+    double choice(std::size_t lane) const { return uniform(philox_.word(0)[lane]); }
+    double rounding(std::size_t lane) const { return uniform(philox_.word(3)[lane]); }
     /// Unit, density cos(theta) / pi about the lane's normal.
     Vec3d cosine_direction(std::size_t lane) const { return directions_.at(lane); }
 

@@ -85,7 +85,7 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
         if (log)
             for (std::size_t k = 0; k < active; ++k) log->push_back(flights.rays.at(k));
         query_->nearest(flights.rays, active, step.meetings);
-        rules.prepare(flights, active, step);
+        rules.prepare(flights, step);
         std::size_t kept = 0;
         for (std::size_t k = 0; k < active; ++k) {
             if (rules.advance(flights, k, step, hits)) {

@@ -18,15 +18,16 @@ TEST(Philox, GivesTheKnownAnswersOfRandom123) {
 
 TEST(Philox, LanesDrawWhatSingleCountersDraw) {
     PhiloxLanes<8> lanes;
-    const auto counter = [](std::uint32_t k) {
-        const std::uint32_t step = 0x9e3779b9u;
-        return std::array<std::uint32_t, 4>{step * (4 * k + 1), step * (4 * k + 2), step * (4 * k + 3), step * (4 * k + 4)};
-    };
-    for (std::uint32_t k = 0; k < 8; ++k) lanes.set(k, counter(k));
-    lanes.draw(0x0123456789abcdefull);
+    PhiloxLanes<8>::Words c0, c2;
     for (std::uint32_t k = 0; k < 8; ++k) {
-        const auto single = philox(0x0123456789abcdefull, counter(k));
-        for (std::uint32_t word = 0; word < 4; ++word) EXPECT_EQ(lanes.word(word, k), single[word]);
+        c0[k] = 0x9e3779b9u * (k + 1);
+        c2[k] = 0xbb67ae85u * (k + 1);
+    }
+    const std::uint64_t key = 0x0123456789abcdefull;
+    lanes.draw(key, c0, 0xcafe1234u, c2, 0x87654321u);
+    for (std::uint32_t k = 0; k < 8; ++k) {
+        const auto single = philox(key, {c0[k], 0xcafe1234u, c2[k], 0x87654321u});
+        for (std::uint32_t word = 0; word < 4; ++word) EXPECT_EQ(lanes.word(word)[k], single[word]);
     }
 }
 
