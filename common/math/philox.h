@@ -75,7 +75,8 @@ inline void PhiloxLanes<lanes>::draw(std::uint64_t key, const Words& c0, std::ui
             b = turned(b, round);
         }
         const auto keep = [&](Words& words, __m128i first, __m128i second) {
-            const __m128 low_halves = _mm_shuffle_ps(_mm_castsi128_ps(first), _mm_castsi128_ps(second), _MM_SHUFFLE(2, 0, 2, 0));
+            const __m128 low_halves =
+                _mm_shuffle_ps(_mm_castsi128_ps(first), _mm_castsi128_ps(second), _MM_SHUFFLE(2, 0, 2, 0));
             _mm_storeu_si128(reinterpret_cast<__m128i*>(&words[k]), _mm_castps_si128(low_halves));
         };
         keep(words_[0], a.w0, b.w0);

@@ -14,8 +14,8 @@ namespace {
 constexpr std::uint32_t coarse_side = 8;
 constexpr std::uint32_t fine_side = 64;
 constexpr double fine_share = 1.0 / 4096;  // fine cells are for triangles that hold this much of the scene's area
-constexpr double edge_bands_max = 2;     // shallow parts widen the band along the edges up to this many times
-constexpr double enlargement_max = 3;    // of the inradius: beyond it the weights of both triangles differ too much
+constexpr double edge_bands_max = 2;       // shallow parts widen the band along the edges up to this many times
+constexpr double enlargement_max = 3;      // of the inradius: beyond it the weights of both triangles differ too much
 static_assert(coarse_side * coarse_side == 64);
 constexpr std::size_t fine_words = std::size_t{fine_side} * fine_side / 64;
 

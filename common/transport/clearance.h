@@ -40,9 +40,9 @@ public:
         const T least = b1 < b2 ? (b1 < b0 ? b1 : b0) : (b2 < b0 ? b2 : b0);
         if (!(least > static_cast<T>(clearance.least_weight))) return false;
         const auto side = static_cast<T>(clearance.cells_per_side);
-        const std::uint32_t bit = static_cast<std::uint32_t>(static_cast<std::int32_t>(b1 * side)) *
-                                      clearance.cells_per_side +
-                                  static_cast<std::uint32_t>(static_cast<std::int32_t>(b2 * side));
+        const std::uint32_t bit =
+            static_cast<std::uint32_t>(static_cast<std::int32_t>(b1 * side)) * clearance.cells_per_side +
+            static_cast<std::uint32_t>(static_cast<std::int32_t>(b2 * side));
         return words_[clearance.first_word + bit / 64] >> (bit & 63) & 1u;
     }
 

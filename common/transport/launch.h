@@ -110,9 +110,8 @@ inline void Launcher::leave_point(const SobolBlock& points, RayLanes& rays) cons
         const double v = uniform(points[angle_v][k]);
         const Vec3d direction =
             light_->kind == LightKind::spot
-                ? axis.to_world(
-                      sample_spot(u, v, uniform(points[area_u][k]), uniform(points[area_v][k]), light_->cos_inner,
-                                            light_->cos_outer))
+                ? axis.to_world(sample_spot(u, v, uniform(points[area_u][k]), uniform(points[area_v][k]),
+                                            light_->cos_inner, light_->cos_outer))
             : light_->lambertian ? axis.to_world(sample_cosine_hemisphere(u, v))
                                  : sample_uniform_zone(u, v, -1, 1);
         rays.origin.set(k, light_->position);

@@ -105,7 +105,8 @@ void Slab::mark(const WeightPolygon& near, std::uint32_t side, double weight_sla
         return static_cast<std::int64_t>(std::floor(std::clamp(weight, -1.0, 2.0) * side));
     };
     const std::int64_t last = side - 1;
-    for (std::int64_t i = std::max<std::int64_t>(0, cell(low1 - more1)); i <= std::min(last, cell(high1 + more1)); ++i) {
+    for (std::int64_t i = std::max<std::int64_t>(0, cell(low1 - more1)); i <= std::min(last, cell(high1 + more1));
+         ++i) {
         // the row of cells with b1 in [i, i + 1] / side
         const double row_low = static_cast<double>(i) / side - more1;
         const double row_high = static_cast<double>(i + 1) / side + more1;

@@ -78,8 +78,8 @@ private:
     double double_area_m2_;
     Vec3d corner_;
     Vec3d normal_;
-    std::array<Vec3d, 3> slopes_;         ///< along which the weights grow [1/m]
-    std::array<double, 3> steepness_{};   ///< their lengths: one over the heights of the triangle
+    std::array<Vec3d, 3> slopes_;        ///< along which the weights grow [1/m]
+    std::array<double, 3> steepness_{};  ///< their lengths: one over the heights of the triangle
 };
 
 template <class Points>

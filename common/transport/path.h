@@ -128,8 +128,8 @@ inline bool PathRules::advance(Flights& flights, std::size_t lane, const Step& s
 
     // choose how it goes on
     const MeetingPoints& points = step.points;
-    Incidence incidence{flights.rays.direction.at(lane), points.normal.at(lane), points.cos_incident[lane],
-                        points.back[lane] != 0, flights.wavelength[lane],        {}};
+    Incidence incidence{flights.rays.direction.at(lane), points.normal.at(lane),   points.cos_incident[lane],
+                        points.back[lane] != 0,          flights.wavelength[lane], {}};
     if (materials_->textured()) incidence.uv = materials_->uv_at(met, points.b1[lane], points.b2[lane]);
     double chance = step.draws.choice(lane);
     const Lobes lobes = choose_lobes(*materials_, *surfaces_[step.points.surface(lane)], incidence, chance);
@@ -192,8 +192,7 @@ inline bool PathRules::pass_cutoff(Flights& flights, std::size_t lane, EnergyBal
     const auto threshold = static_cast<std::uint32_t>(std::ceil(spec_->cutoff * flights.start_energy[lane]));
     if (energy >= threshold) return true;
     const auto passes = [&] {
-        const auto draws =
-            philox(spec_->seed, {flights.particle[lane], light_, flights.bounce[lane], roulette_block});
+        const auto draws = philox(spec_->seed, {flights.particle[lane], light_, flights.bounce[lane], roulette_block});
         return uniform(draws[0]) * threshold < energy;
     };
     if (spec_->cutoff_rule == CutoffRule::roulette && passes()) {

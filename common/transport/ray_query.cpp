@@ -17,12 +17,12 @@ namespace {
 
 // Lengths as fractions of the scene's half extent S. Embree computes in float (2^-24). Across the ray its error is
 // around 2^-24 S and was never seen above 2^-20 S; along the ray it grows as 1 / cos of the angle of incidence.
-constexpr double enlargement = 0x1p-18;    ///< by which each edge of Embree's triangles is moved outwards
-constexpr double near_reach = 0x1p-18;     ///< what counts as near another triangle
-constexpr double edge_band = 0x1p-17;      ///< what counts as near an edge
-constexpr double clear_distance = 0x1p-19; ///< Embree ignores what a ray with a clear start meets before
-constexpr double careful_window = 0x1p-8;  ///< around a meeting, along the ray, in which all others are compared
-constexpr double origin_window = 1e-12;    ///< meetings closer than this are the origin itself
+constexpr double enlargement = 0x1p-18;     ///< by which each edge of Embree's triangles is moved outwards
+constexpr double near_reach = 0x1p-18;      ///< what counts as near another triangle
+constexpr double edge_band = 0x1p-17;       ///< what counts as near an edge
+constexpr double clear_distance = 0x1p-19;  ///< Embree ignores what a ray with a clear start meets before
+constexpr double careful_window = 0x1p-8;   ///< around a meeting, along the ray, in which all others are compared
+constexpr double origin_window = 1e-12;     ///< meetings closer than this are the origin itself
 static_assert(edge_band >= near_reach);
 
 struct DeviceRelease {
@@ -119,8 +119,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
     const Box box = bounding_box(scene);
     centre_ = (box.low + box.high) * 0.5;
     half_extent_ = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z}) / 2;
-    clearance_ = ClearanceMap::make(
-        scene, {near_reach * half_extent_, edge_band * half_extent_, enlargement * half_extent_});
+    clearance_ =
+        ClearanceMap::make(scene, {near_reach * half_extent_, edge_band * half_extent_, enlargement * half_extent_});
     records_.reserve(scene.triangles.size());
     prefer_huge_pages(records_.data(), scene.triangles.size() * sizeof(TriangleRecord));
     records_.resize(scene.triangles.size());
@@ -226,8 +226,9 @@ std::uint32_t EmbreeQuery::nearest(const Ray& ray) const {
     const Vec3f origin = (ray.origin - centre_ - ray.direction * (careful_window * half_extent_)).as<float>();
     const Vec3f direction = ray.direction.as<float>();
     RTCRayHit hit;
-    hit.ray = {origin.x,    origin.y,    origin.z, 0,   direction.x,
-               direction.y, direction.z, 0,        std::numeric_limits<float>::infinity(),
+    hit.ray = {origin.x,    origin.y,    origin.z,
+               0,           direction.x, direction.y,
+               direction.z, 0,           std::numeric_limits<float>::infinity(),
                ~0u,         0,           0};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -297,8 +298,8 @@ void EmbreeQuery::nearest(const RayLanes& rays, std::size_t count, MeetingLanes&
         const bool clear_start = rays.clear_start[lane] != 0;
         meetings.clear[lane] = true;
         if (clear_start && triangle == none) continue;
-        if (clear_start && is_certain(packets[lane / packet_lanes], lane % packet_lanes, triangle,
-                                      rays.from_triangle[lane]))
+        if (clear_start &&
+            is_certain(packets[lane / packet_lanes], lane % packet_lanes, triangle, rays.from_triangle[lane]))
             continue;
         ask_again(rays.at(lane), lane, meetings);
     }

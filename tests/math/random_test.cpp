@@ -85,8 +85,7 @@ TEST(Sobol, FirstTwoDimensionsFillEveryElementaryBox) {
 
 TEST(Sobol, OtherSeedsGiveOtherPoints) {
     std::uint32_t same = 0;
-    for (std::uint32_t i = 0; i < 1000; ++i)
-        same += scrambled(i, 2) == scrambled(i, 2, SobolPoint{});
+    for (std::uint32_t i = 0; i < 1000; ++i) same += scrambled(i, 2) == scrambled(i, 2, SobolPoint{});
     EXPECT_LT(same, 3u);
 }
 
