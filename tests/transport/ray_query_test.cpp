@@ -29,7 +29,7 @@ Vec3d random_direction(std::uint32_t i) {
 
 void expect_brute_force_answers(const Scene& scene, std::uint32_t rays) {
     for (const std::string isa : {"sse4.2", ""}) {
-        const auto query = std::move(RayQuery::make(scene, isa).value());
+        const auto query = RayQuery::make(scene, isa).value();
         for (std::uint32_t i = 0; i < rays; ++i) {
             const auto r = philox(4, {i, 2, 0, 0});
             Ray ray;
@@ -38,6 +38,57 @@ void expect_brute_force_answers(const Scene& scene, std::uint32_t rays) {
             ASSERT_EQ(query->nearest(ray), brute_force(*query, ray)) << "ray " << i << " isa " << query->isa();
         }
     }
+}
+
+/// Rays from random points on triangles, as paths have them; every third starts close to an edge.
+RayLanes rays_from_triangles(const RayQuery& query, std::uint32_t block) {
+    RayLanes rays;
+    for (std::uint32_t k = 0; k < lane_count; ++k) {
+        const auto r = philox(5, {block, k, 0, 0});
+        const auto triangle = static_cast<std::uint32_t>(r[0] % query.triangles().size());
+        const TriangleRecord& record = query.triangles()[triangle];
+        Barycentrics b = sample_triangle(uniform(r[1]), uniform(r[2]));
+        if (k % 3 == 0) b.b2 *= 1e-5;
+        const auto corner = [&](std::size_t c) { return record.corners[c].as<double>(); };
+        rays.origin.set(k, point_on(corner(0), corner(1), corner(2), b.b1, b.b2));
+        rays.direction.set(k, random_direction(static_cast<std::uint32_t>(lane_count) * block + k));
+        rays.from_triangle[k] = triangle;
+        rays.clear_start[k] = query.clearance().is_clear(record.clearance, b.b1, b.b2) &&
+                              std::abs(dot(rays.direction.at(k), unit_normal(record))) >= RayQuery::steep_cosine;
+    }
+    return rays;
+}
+
+void expect_lanes_answer_as_brute_force(const Scene& scene, std::uint32_t blocks) {
+    for (const std::string isa : {"sse4.2", ""}) {
+        const auto query = RayQuery::make(scene, isa).value();
+        std::uint32_t clear_starts = 0;
+        MeetingLanes meetings;
+        for (std::uint32_t block = 0; block < blocks; ++block) {
+            const RayLanes rays = rays_from_triangles(*query, block);
+            const std::size_t count = block % 4 == 0 ? 1 + block % lane_count : lane_count;
+            query->nearest(rays, count, meetings);
+            for (std::size_t k = 0; k < count; ++k) {
+                clear_starts += rays.clear_start[k];
+                ASSERT_EQ(meetings.triangle[k], brute_force(*query, rays.at(k))) << block << " lane " << k << isa;
+                ASSERT_EQ(meetings.triangle[k], query->nearest(rays.at(k)));
+            }
+        }
+        EXPECT_GT(clear_starts, blocks * lane_count / 4);  // both ways were taken
+        EXPECT_LT(clear_starts, blocks * lane_count);
+    }
+}
+
+TEST(RayQuery, LanesAgreeWithDoubleOverAllTriangles) { expect_lanes_answer_as_brute_force(mixed_room(), 200); }
+
+TEST(RayQuery, LanesAgreeWhereSurfacesTouchAndPierce) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    b.box("block", {0.25f, -0.25f, 0.25f}, {0.75f, 0.5f, 0.75f}, b.lambert(0.5), false);
+    b.box("touching", {0.75f, 0, 0.3f}, {0.9f, 0.5f, 0.6f}, b.lambert(0.5), false);
+    b.surface("sheet", b.lambert(0.5));
+    b.triangle({0.1f, 1e-6f, 0.1f}, {0.1f, 1e-6f, 0.2f}, {0.2f, 1e-6f, 0.1f});
+    expect_lanes_answer_as_brute_force(b.scene, 1'000);
 }
 
 TEST(RayQuery, AgreesWithDoubleOverAllTriangles) { expect_brute_force_answers(mixed_room(), 3'000); }
@@ -73,7 +124,7 @@ TEST(RayQuery, RaysThroughSharedEdgesAndCornersMeetSomething) {
     SceneBuilder b;
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
     b.sphere("ball", {0.5f, 0.5f, 0.5f}, 0.3f, 12, b.lambert(0.5));
-    const auto query = std::move(RayQuery::make(b.scene, "").value());
+    const auto query = RayQuery::make(b.scene, "").value();
     const Vec3d origin{0.123, 0.877, 0.345};
     for (const Vec3f& corner : b.scene.positions)
         for (const Vec3f& other : {b.scene.positions[0], b.scene.positions[7]}) {
@@ -87,7 +138,7 @@ TEST(RayQuery, RaysThroughSharedEdgesAndCornersMeetSomething) {
 TEST(RayQuery, WallThatStartsAtTheOriginsEdgeIsNotMissed) {
     SceneBuilder b;
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
-    const auto query = std::move(RayQuery::make(b.scene, "").value());
+    const auto query = RayQuery::make(b.scene, "").value();
     for (const double gap : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}) {
         Ray ray;
         ray.from_triangle = 0;  // of the floor
