@@ -54,7 +54,9 @@ double expect_clear_points_are_clear(const Scene& scene, std::uint32_t points) {
     for (std::uint32_t i = 0; i < points; ++i) {
         const auto r = philox(7, {i, 0, 0, 0});
         const auto triangle = static_cast<std::uint32_t>(r[0] % scene.triangles.size());
-        const Barycentrics b = sample_triangle(uniform(r[1]), uniform(r[2]));
+        Barycentrics b = sample_triangle(uniform(r[1]), uniform(r[2]));
+        if (i % 4 == 1) b.b1 *= 0.03;  // half of them close to an edge
+        if (i % 4 == 3) b.b2 *= 0.03;
         if (!map.is_clear(map.triangles()[triangle], b.b1, b.b2)) continue;
         ++clear;
         const Corners corners = corners_of(scene, triangle);
@@ -70,7 +72,7 @@ double expect_clear_points_are_clear(const Scene& scene, std::uint32_t points) {
 TEST(Clearance, EmptyRoomIsClearUpToItsEdges) {
     SceneBuilder b;
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
-    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.9);
+    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.5);
 }
 
 TEST(Clearance, BlocksThatTouchAndPierceLeaveTheRestClear) {
@@ -78,14 +80,23 @@ TEST(Clearance, BlocksThatTouchAndPierceLeaveTheRestClear) {
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
     b.box("standing", {0.2f, 0, 0.2f}, {0.4f, 0.3f, 0.4f}, b.lambert(0.5), false);
     b.box("piercing", {0.5f, -0.3f, 0.5f}, {0.9f, 0.4f, 0.8f}, b.lambert(0.5), false);
-    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.6);
+    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.3);
+}
+
+TEST(Clearance, WhatStandsJustInsideAnEdgeWidensItsBand) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    b.surface("kerb", b.lambert(0.5));
+    // 0.0115 m beside the diagonal of the floor, along the longest edge of one of its triangles
+    b.quad({0.09f, 0, 0.1063f}, {0.89f, 0, 0.9063f}, {0.89f, 0.2f, 0.9063f}, {0.09f, 0.2f, 0.1063f});
+    EXPECT_GT(expect_clear_points_are_clear(b.scene, 50'000), 0.3);
 }
 
 TEST(Clearance, CurvedMeshesAreClearWithinTheirFacets) {
     SceneBuilder b;
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
     b.sphere("ball", {0.5f, 0.4f, 0.5f}, 0.4f, 10, b.lambert(0.5));  // it touches the floor
-    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.2);
+    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.1);
 }
 
 TEST(Clearance, SheetsWithinReachOfEachOtherAreClearNowhereButBeyond) {
@@ -100,7 +111,7 @@ TEST(Clearance, SheetsWithinReachOfEachOtherAreClearNowhereButBeyond) {
         const Barycentrics weights = sample_triangle(uniform(r[0]), uniform(r[1]));
         EXPECT_FALSE(map.is_clear(sheet, weights.b1, weights.b2));
     }
-    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.7);
+    EXPECT_GT(expect_clear_points_are_clear(b.scene, 20'000), 0.4);
 }
 
 TEST(Clearance, SliversAreClearNowhere) {
