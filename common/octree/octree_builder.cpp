@@ -111,7 +111,8 @@ Builder::Split Builder::classify(const Cube& cube, List list) {
             masks[i] = static_cast<std::uint8_t>(mask);
             counters += byte_counters[mask];
         }
-        for (unsigned octant = 0; octant < 8; ++octant) split.counts[octant] += counters >> (8 * octant) & 255;
+        for (unsigned octant = 0; octant < 8; ++octant)
+            split.counts[octant] += static_cast<std::uint32_t>(counters >> (8 * octant) & 255);
     }
     for (const std::uint32_t count : split.counts) {
         split.references += count;

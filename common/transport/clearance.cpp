@@ -2,15 +2,17 @@
 
 #include "common/octree/octree.h"
 #include "common/support/ensure.h"
+#include "common/support/limits.h"
 #include "common/transport/near_part.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <thread>
 
 namespace lumenfarm {
 namespace {
 
+constexpr std::uint32_t leaf_triangles = 16;  // of the octree in which neighbours are looked up
 constexpr std::uint32_t coarse_side = 8;
 constexpr std::uint32_t fine_side = 64;
 constexpr double fine_share = 1.0 / 4096;  // fine cells are for triangles that hold this much of the scene's area
@@ -21,8 +23,10 @@ constexpr std::size_t fine_words = std::size_t{fine_side} * fine_side / 64;
 
 class Finder {
 public:
-    Finder(const Scene& scene, const ClearanceRules& rules)
-        : scene_(scene), rules_(rules), octree_(Octree::make(scene)) {
+    Finder(const Scene& scene, const ClearanceRules& rules, std::uint32_t threads)
+        : scene_(scene),
+          rules_(rules),
+          octree_(Octree::make(scene, {.leaf_objects = leaf_triangles, .threads = threads})) {
         const Box box = octree_.box(Octree::root());
         root_ = {(box.low + box.high) * 0.5, (box.high.x - box.low.x) / 2};
         for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
@@ -107,11 +111,27 @@ private:
 
 ClearanceMap ClearanceMap::make(const Scene& scene, const ClearanceRules& rules) {
     ensure(rules.edge_band_m >= rules.reach_m, "the band along edges is as wide as the reach");
-    const Finder finder(scene, rules);
+    const std::uint32_t threads = std::clamp(std::thread::hardware_concurrency(), 1u, limits::octree_threads_max);
+    const Finder finder(scene, rules, threads);
     ClearanceMap map;
-    map.triangles_.reserve(scene.triangles.size());
-    for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
-        map.triangles_.push_back(finder.clearance(t, map.words_));
+    map.triangles_.resize(scene.triangles.size());
+    // each thread takes a run of triangles and keeps its own words, which are joined in the order of triangles
+    std::vector<std::vector<std::uint64_t>> words(threads);
+    const auto first_of = [&](std::size_t run) { return run * scene.triangles.size() / threads; };
+    const auto find = [&](std::size_t run) {
+        for (std::size_t t = first_of(run); t < first_of(run + 1); ++t)
+            map.triangles_[t] = finder.clearance(static_cast<std::uint32_t>(t), words[run]);
+    };
+    std::vector<std::thread> helpers;
+    for (std::size_t run = 1; run < threads; ++run) helpers.emplace_back(find, run);
+    find(0);
+    for (std::thread& helper : helpers) helper.join();
+    for (std::size_t run = 0; run < threads; ++run) {
+        const auto before = static_cast<std::uint32_t>(map.words_.size());
+        for (std::size_t t = first_of(run); t < first_of(run + 1); ++t)
+            if (map.triangles_[t].cells_per_side > 1) map.triangles_[t].first_word += before;
+        map.words_.insert(map.words_.end(), words[run].begin(), words[run].end());
+    }
     for (const Light& light : scene.lights)
         map.lights_.push_back(light.kind != LightKind::surface && finder.is_clear(light.position));
     return map;
