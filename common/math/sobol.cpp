@@ -39,12 +39,6 @@ constexpr Directions directions_of(const Polynomial& p) {
     return v;
 }
 
-constexpr std::uint32_t reversed(std::uint32_t x) {
-    std::uint32_t r = 0;
-    for (std::uint32_t bit = 0; bit < 32; ++bit) r |= (x >> bit & 1u) << (31 - bit);
-    return r;
-}
-
 constexpr std::array<std::array<SobolPoint, 256>, 4> byte_tables() {
     std::array<std::array<SobolPoint, 256>, 4> tables{};
     for (std::uint32_t d = 0; d < sobol_dimensions; ++d) {
@@ -52,7 +46,7 @@ constexpr std::array<std::array<SobolPoint, 256>, 4> byte_tables() {
         for (std::uint32_t byte = 0; byte < 4; ++byte)
             for (std::uint32_t value = 0; value < 256; ++value)
                 for (std::uint32_t bit = 0; bit < 8; ++bit)
-                    if (value >> bit & 1u) tables[byte][value][d] ^= reversed(directions[8 * byte + bit]);
+                    if (value >> bit & 1u) tables[byte][value][d] ^= reverse_bits(directions[8 * byte + bit]);
     }
     return tables;
 }

@@ -19,7 +19,7 @@ extern const std::array<std::array<SobolPoint, 256>, 4> sobol_reversed_tables;
 /// The points 0 to sobol_block - 1, with all bits in reverse order.
 extern const SobolBlock sobol_reversed_block;
 
-inline std::uint32_t reverse_bits(std::uint32_t x) {
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
     x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
     x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
     x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;

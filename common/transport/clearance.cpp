@@ -3,6 +3,7 @@
 #include "common/octree/octree.h"
 #include "common/support/ensure.h"
 #include "common/support/limits.h"
+#include "common/transport/enlarged_triangle.h"
 #include "common/transport/near_part.h"
 
 #include <algorithm>
@@ -17,7 +18,10 @@ constexpr std::uint32_t coarse_side = 8;
 constexpr std::uint32_t fine_side = 64;
 constexpr double fine_share = 1.0 / 4096;  // fine cells are for triangles that hold this much of the scene's area
 constexpr double edge_bands_max = 2;       // shallow parts widen the band along the edges up to this many times
-constexpr double enlargement_max = 3;      // of the inradius: beyond it the weights of both triangles differ too much
+// neighbours looked at before a triangle counts as clear nowhere: some, and more for those that hold much of the
+// scene's area. Fans of very many triangles about one corner would take the square of their number.
+constexpr double visits_each = 512;
+constexpr double visits_shared = 16;
 static_assert(coarse_side * coarse_side == 64);
 constexpr std::size_t fine_words = std::size_t{fine_side} * fine_side / 64;
 
@@ -36,45 +40,48 @@ public:
     }
 
     Clearance clearance(std::uint32_t triangle, std::vector<std::uint64_t>& words) const {
-        const Slab slab(corners(triangle), rules_.reach_m);
-        if (rules_.enlargement_m >= enlargement_max * slab.inradius_m()) return {};
+        const Corners own = corners(triangle);
+        if (enlarged(own, rules_.enlargement_m).sliver) return {};
+        const Slab slab(own, rules_.reach_m);
         // Scaling about the incentre by 1 + enlargement / inradius moves no weight by more than that fraction.
         const double slack = rules_.enlargement_m / slab.inradius_m();
+        const double share = slab.double_area_m2() / double_area_m2_;
+        const std::uint32_t side = share >= fine_share ? fine_side : coarse_side;
+        const double visits_max = visits_each + visits_shared * share * static_cast<double>(scene_.triangles.size());
+        double visits = 0;
         double band_m = rules_.edge_band_m;
-        std::vector<WeightPolygon> parts;
+        bool marked = false;
+        std::array<std::uint64_t, fine_words> near{};
         auto visit = [&](std::uint32_t other) {
-            if (other == triangle) return;
+            if (++visits > visits_max) return false;
+            if (other == triangle) return true;
             const WeightPolygon part = slab.near_part(corners(other), rules_.edge_band_m);
-            if (part.empty()) return;
+            if (part.empty()) return true;
             const double needed_m = slab.depth_m(part) + rules_.reach_m;
-            if (needed_m <= edge_bands_max * rules_.edge_band_m)
+            if (needed_m <= edge_bands_max * rules_.edge_band_m) {
                 band_m = std::max(band_m, needed_m);
-            else
-                parts.push_back(part);
+                return true;
+            }
+            slab.mark(part, side, slack, near.data());
+            marked = true;
+            return true;
         };
-        visit_near(slab, 0, root_, visit);
+        if (!visit_near(slab, 0, root_, visit)) return {};
 
         Clearance clearance;
         clearance.least_weight = static_cast<float>((rules_.enlargement_m + band_m) / slab.least_height_m());
-        if (parts.empty()) return clearance;
+        if (!marked) return clearance;
         clearance.first_word = static_cast<std::uint32_t>(words.size());
-        clearance.cells_per_side = slab.double_area_m2() >= fine_share * double_area_m2_ ? fine_side : coarse_side;
-        std::array<std::uint64_t, fine_words> near{};
-        for (const WeightPolygon& part : parts) slab.mark(part, clearance.cells_per_side, slack, near.data());
-        for (std::size_t w = 0; w < clearance.cells_per_side * clearance.cells_per_side / 64; ++w)
-            words.push_back(~near[w]);
+        clearance.cells_per_side = side;
+        for (std::size_t w = 0; w < side * side / 64; ++w) words.push_back(~near[w]);
         return clearance;
     }
 
     bool is_clear(Vec3d point) const {
         NearBox box(rules_.reach_m);
         box.add(point);
-        bool clear = true;
-        auto visit = [&](std::uint32_t triangle) {
-            clear = clear && !Slab(corners(triangle), rules_.reach_m).holds(point);
-        };
-        visit_near(box, 0, root_, visit);
-        return clear;
+        auto visit = [&](std::uint32_t triangle) { return !Slab(corners(triangle), rules_.reach_m).holds(point); };
+        return visit_near(box, 0, root_, visit);
     }
 
 private:
@@ -84,20 +91,18 @@ private:
                 scene_.positions[vertices[2]].as<double>()};
     }
 
-    /// The triangles of the leaves that touch the region; some come several times.
+    /// The triangles of the leaves that touch the region; some come several times. Ends where a visit returns false.
     template <class Region, class Visit>
-    void visit_near(const Region& region, std::uint32_t at, const Cube& cube, Visit& visit) const {
+    bool visit_near(const Region& region, std::uint32_t at, const Cube& cube, Visit& visit) const {
         const OctreeNode& node = octree_.nodes()[at];
-        if (node.is_empty_leaf() || !region.touches(cube)) return;
-        if (node.is_leaf()) {
-            for (const std::uint32_t triangle : octree_.triangles(node)) visit(triangle);
-            return;
-        }
+        if (node.is_empty_leaf() || !region.touches(cube)) return true;
+        if (node.is_leaf()) return std::ranges::all_of(octree_.triangles(node), visit);
         const double half = cube.half / 2;
         for (std::uint32_t octant = 0; octant < 8; ++octant) {
             const Vec3d step{octant & 1 ? half : -half, octant & 2 ? half : -half, octant & 4 ? half : -half};
-            visit_near(region, node.first + octant, {cube.centre + step, half}, visit);
+            if (!visit_near(region, node.first + octant, {cube.centre + step, half}, visit)) return false;
         }
+        return true;
     }
 
     const Scene& scene_;
@@ -122,10 +127,11 @@ ClearanceMap ClearanceMap::make(const Scene& scene, const ClearanceRules& rules)
         for (std::size_t t = first_of(run); t < first_of(run + 1); ++t)
             map.triangles_[t] = finder.clearance(static_cast<std::uint32_t>(t), words[run]);
     };
-    std::vector<std::thread> helpers;
-    for (std::size_t run = 1; run < threads; ++run) helpers.emplace_back(find, run);
-    find(0);
-    for (std::thread& helper : helpers) helper.join();
+    {
+        std::vector<std::jthread> helpers;
+        for (std::size_t run = 1; run < threads; ++run) helpers.emplace_back(find, run);
+        find(0);
+    }
     for (std::size_t run = 0; run < threads; ++run) {
         const auto before = static_cast<std::uint32_t>(map.words_.size());
         for (std::size_t t = first_of(run); t < first_of(run + 1); ++t)

@@ -25,7 +25,8 @@ struct ClearanceRules {
 
 class ClearanceMap {
 public:
-    /// Conservative: what is called clear is clear, other points may be. Slivers and tiny triangles are clear nowhere.
+    /// Conservative: what is called clear is clear, other points may be. Slivers, tiny triangles and
+    /// those among very many neighbours are clear nowhere.
     /// REQUIRES: validate(scene) succeeds.
     static ClearanceMap make(const Scene& scene, const ClearanceRules& rules);
 

@@ -17,6 +17,7 @@ Launcher::Launcher(const Scene& scene, const Emission& emission, const RayQuery&
       emission_(&emission.lights[light]),
       triangles_(query.triangles().data()),
       clearance_(&query.clearance()),
+      extent_(query.extent()),
       clear_light_(query.clearance().lights()[light]) {
     const auto low = philox(seed, {0, light, scramble_bounce, 0});
     const auto high = philox(seed, {0, light, scramble_bounce, 1});

@@ -45,6 +45,7 @@ private:
     const LightEmission* emission_;
     const TriangleRecord* triangles_;
     const ClearanceMap* clearance_;
+    SceneExtent extent_;
     bool clear_light_;
     SobolPoint scramble_;
 };
@@ -114,7 +115,7 @@ inline void Launcher::leave_point(const SobolBlock& points, RayLanes& rays) cons
                                             light_->cos_inner, light_->cos_outer))
             : light_->lambertian ? axis.to_world(sample_cosine_hemisphere(u, v))
                                  : sample_uniform_zone(u, v, -1, 1);
-        rays.origin.set(k, light_->position);
+        rays.origin.set(k, extent_.approached(light_->position, direction));
         rays.direction.set(k, direction);
         rays.from_triangle[k] = none;
         rays.clear_start[k] = clear_light_;

@@ -1,17 +1,14 @@
 #pragma once
 
-#include "common/math/vec.h"
+#include "common/transport/enlarged_triangle.h"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 /// The part of a triangle that comes near another one, seen in the other's barycentric weights.
 namespace lumenfarm {
-
-using Corners = std::array<Vec3d, 3>;
 
 struct Cube {
     Vec3d centre;
@@ -31,7 +28,8 @@ private:
     Vec3d low_{1e300, 1e300, 1e300}, high_{-1e300, -1e300, -1e300};
 };
 
-/// A convex polygon in the plane of a triangle: weights b1, b2 and the height over the plane of each corner.
+/// A convex polygon near a triangle: of each corner the weights b1, b2 of its foot on the plane, and its height over
+/// it.
 class WeightPolygon {
 public:
     struct Corner {
@@ -58,8 +56,8 @@ public:
     bool touches(const Cube& cube) const;
     /// The point may lie within reach of the triangle.
     bool holds(Vec3d point) const;
-    /// The part of the other triangle that lies within the slab; may be larger. Empty where it, too, comes no deeper
-    /// than `edge_band_m` - reach.
+    /// The part of the other triangle that lies within the slab; may be larger. Empty where its depth_m() is at most
+    /// `edge_band_m` - reach.
     WeightPolygon near_part(const Corners& other, double edge_band_m) const;
     /// How far inside the edge that they pass least the points come; negative beyond it.
     template <class Points>

@@ -25,6 +25,8 @@ struct Flights {
     Lanes<std::uint32_t> energy{};        ///< ticks now
     Lanes<std::uint32_t> start_energy{};  ///< ticks at the light
 
+    Flights() { rays.direction.z.fill(1); }  // lanes that never fly are computed, too
+
     void move(std::size_t to, std::size_t from) {
         rays.origin.set(to, rays.origin.at(from));
         rays.direction.set(to, rays.direction.at(from));

@@ -10,9 +10,10 @@
 #include <string>
 #include <vector>
 
-/// Nearest meetings of rays with the scene: of all meetings at a distance > 0 in double (triangle_test.h) the nearest,
-/// ties to the lowest number. Embree finds it; where its float arithmetic leaves doubt, double decides, so that the
-/// answer does not depend on Embree's instruction set (docs/physics.md).
+/// Nearest meetings of rays with the scene: of all meetings in double (triangle_test.h), but those at the very origin
+/// and with the triangle that the ray starts on, the nearest, ties to the lowest number. Embree finds it; where its
+/// float arithmetic leaves doubt, double decides, so that the answer does not depend on Embree's instruction set
+/// (docs/physics.md).
 namespace lumenfarm {
 
 struct Ray {
@@ -37,6 +38,19 @@ struct MeetingLanes {
     Lanes<std::uint32_t> clear{};     ///< not 0: no other triangle is near the meeting (Clearance)
 };
 
+/// The cube about the scene in which rays are asked for.
+struct SceneExtent {
+    Vec3d centre;
+    double half_m = 1;
+
+    /// An origin far from the scene moves along its unit direction to where the scene may begin; others stay. Embree
+    /// works in float, which holds the scene's numbers, not those of a lamp far away.
+    Vec3d approached(Vec3d origin, Vec3d direction) const {
+        const double skipped = dot(centre - origin, direction) - 2 * half_m;  // the cube ends sqrt(3) half_m from it
+        return skipped > 0 ? origin + direction * skipped : origin;
+    }
+};
+
 class RayQuery {
 public:
     static constexpr double steep_cosine = 1.0 / 16;
@@ -47,8 +61,9 @@ public:
 
     /// The triangle that the ray meets, or none.
     virtual std::uint32_t nearest(const Ray& ray) const = 0;
-    /// The same for the first `count` lanes.
+    /// The same for the first `count` lanes. REQUIRES: origins are approached().
     virtual void nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const = 0;
+    virtual SceneExtent extent() const = 0;
     virtual const ClearanceMap& clearance() const = 0;
     virtual const std::vector<TriangleRecord>& triangles() const = 0;
     virtual std::string isa() const = 0;

@@ -15,6 +15,7 @@ struct alignas(64) TriangleRecord {
     std::uint32_t surface = 0;
     double per_double_area_m2 = 0;  ///< 1 / |cross(edge1, edge2)|
     Clearance clearance;
+    std::uint32_t embree_first = 0;  ///< the corner that is Embree's first (blunt_corner)
 };
 static_assert(sizeof(TriangleRecord) == 64);
 

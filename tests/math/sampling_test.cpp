@@ -114,5 +114,34 @@ TEST(Sampling, TrianglePointsAreUniform) {
     EXPECT_NEAR(corner / 100'000, 0.25, 4 * std::sqrt(0.25 * 0.75 / 100'000));
 }
 
+TEST(Sampling, CosineDirectionsAboutANormalAreUnitAndLeaveItsSide) {
+    for (std::uint32_t i = 0; i < 20'000; ++i) {
+        const Vec3d n = sample_uniform_zone(four(i)[0], four(i)[1], -1, 1);
+        const auto r = philox(17, {i, 0, 0, 0});
+        const Vec3d d = sample_cosine_about(n, uniform_float(i % 10 == 0 ? ~0u : r[0]), uniform_float(r[1]));
+        ASSERT_NEAR(length(d), 1, 1e-12);
+        ASSERT_GT(dot(d, n), 1e-4);
+    }
+}
+
+TEST(Sampling, CosineDirectionsAboutANormalAreThoseOfTheHemisphereTurned) {
+    // moments about the normal: E cos = 2/3, E cos^2 = 1/2, and none across it
+    const Vec3d n = normalize(Vec3d{0.3, -0.8, -0.5});
+    constexpr std::uint32_t count = 400'000;
+    double first = 0;
+    double second = 0;
+    Vec3d sum;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const auto r = philox(18, {i, 0, 0, 0});
+        const Vec3d d = sample_cosine_about(n, uniform_float(r[0]), uniform_float(r[1]));
+        first += dot(d, n) / count;
+        second += dot(d, n) * dot(d, n) / count;
+        sum = sum + d * (1.0 / count);
+    }
+    EXPECT_NEAR(first, 2.0 / 3, 4 * std::sqrt(1.0 / 18 / count));
+    EXPECT_NEAR(second, 0.5, 4 * std::sqrt(1.0 / 12 / count));
+    EXPECT_NEAR(length(sum - n * first), 0, 4 * std::sqrt(0.5 / count));
+}
+
 }  // namespace
 }  // namespace lumenfarm

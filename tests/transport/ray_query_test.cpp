@@ -15,7 +15,7 @@ std::uint32_t brute_force(const RayQuery& query, const Ray& ray) {
     for (std::uint32_t t = 0; t < query.triangles().size(); ++t) {
         if (t == ray.from_triangle) continue;
         const TriangleMeeting m = meet_triangle(query.triangles()[t], ray.origin, ray.direction);
-        if (!m.meets || m.distance <= 1e-12 || m.distance >= nearest) continue;
+        if (!m.meets || m.distance <= 1e-12 * query.extent().half_m || m.distance >= nearest) continue;
         nearest = m.distance;
         best = t;
     }
@@ -89,6 +89,72 @@ TEST(RayQuery, LanesAgreeWhereSurfacesTouchAndPierce) {
     b.surface("sheet", b.lambert(0.5));
     b.triangle({0.1f, 1e-6f, 0.1f}, {0.1f, 1e-6f, 0.2f}, {0.2f, 1e-6f, 0.1f});
     expect_lanes_answer_as_brute_force(b.scene, 1'000);
+}
+
+/// A turned strip of one triangle in front of a sheet, in each order of its corners; rays towards its middle line.
+TEST(RayQuery, ThinTrianglesBeforeASheetAreMetWhateverTheirCornersOrder) {
+    constexpr std::uint32_t strips = 60;
+    for (const double height : {1e-2, 1e-3, 1e-4}) {
+        for (std::uint32_t i = 0; i < strips; ++i) {
+            const Vec3d along = random_direction(3 * i);
+            const Vec3d across = normalize(cross(along, random_direction(3 * i + 1)));
+            const Vec3d normal = cross(along, across);
+            const std::array<Vec3d, 3> strip{Vec3d{}, along * 3.0, along * (i % 2 == 0 ? 3.0 : 1.5) + across * height};
+            const auto corner = [&](std::size_t k) { return strip[(i + k) % 3].as<float>(); };
+            SceneBuilder b;
+            b.box("room", {-5, -5, -5}, {5, 5, 5}, b.lambert(0.5), true);
+            b.surface("strip", b.lambert(0.5));
+            b.triangle(corner(0), corner(1), corner(2));
+            b.surface("sheet", b.lambert(0.5));
+            const Vec3d behind = normal * -2e-4;
+            b.triangle((behind - across * 1.0).as<float>(), (behind + along * 3.0 - across * 1.0).as<float>(),
+                       (behind + along * 1.5 + across * 1.0).as<float>());
+            for (const std::string isa : {"sse4.2", ""}) {
+                const auto query = RayQuery::make(b.scene, isa).value();
+                RayLanes rays;
+                for (std::uint32_t k = 0; k < lane_count; ++k) {
+                    const double at = (k + 0.5) / lane_count;
+                    const Vec3d target = (strip[0] + strip[1]) * (0.5 * at) + strip[2] * (1 - at);
+                    const Vec3d slant = random_direction(strips * k + i);
+                    rays.direction.set(k, normalize(slant * 0.5 - normal));
+                    rays.origin.set(k, target - rays.direction.at(k) * 1.5);
+                    rays.from_triangle[k] = none;
+                    rays.clear_start[k] = 1;
+                }
+                MeetingLanes meetings;
+                query->nearest(rays, lane_count, meetings);
+                for (std::uint32_t k = 0; k < lane_count; ++k) {
+                    ASSERT_EQ(meetings.triangle[k], brute_force(*query, rays.at(k))) << height << " " << i << isa;
+                    ASSERT_EQ(query->nearest(rays.at(k)), meetings.triangle[k]);
+                }
+            }
+        }
+    }
+}
+
+TEST(RayQuery, LampsFarAwayMeetWhatTheyAimAt) {
+    const Scene scene = mixed_room();
+    const auto query = RayQuery::make(scene, "").value();
+    for (const double distance_m : {10.0, 1e3, 1e6}) {
+        RayLanes rays;
+        MeetingLanes meetings;
+        for (std::uint32_t block = 0; block < 30; ++block) {
+            for (std::uint32_t k = 0; k < lane_count; ++k) {
+                const auto r = philox(6, {block, k, 0, 0});
+                const Vec3d target{uniform(r[0]), uniform(r[1]), uniform(r[2])};
+                const Vec3d direction = random_direction(static_cast<std::uint32_t>(lane_count) * block + k);
+                rays.direction.set(k, direction);
+                rays.origin.set(k, query->extent().approached(target - direction * distance_m, direction));
+                rays.from_triangle[k] = none;
+                rays.clear_start[k] = 1;
+            }
+            query->nearest(rays, lane_count, meetings);
+            for (std::uint32_t k = 0; k < lane_count; ++k) {
+                ASSERT_LT(length(rays.origin.at(k) - query->extent().centre), 3 * query->extent().half_m);
+                ASSERT_EQ(meetings.triangle[k], brute_force(*query, rays.at(k))) << distance_m;
+            }
+        }
+    }
 }
 
 TEST(RayQuery, AgreesWithDoubleOverAllTriangles) { expect_brute_force_answers(mixed_room(), 3'000); }
