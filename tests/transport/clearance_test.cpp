@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace lumenfarm::testing {
 namespace {
@@ -121,6 +123,22 @@ TEST(Clearance, SliversAreClearNowhere) {
     b.triangle({0.3f, 0.5f, 0.1f}, {0.302f, 0.5f, 0.9f}, {0.3f, 0.5f, 0.9f});
     const ClearanceMap map = ClearanceMap::make(b.scene, rules);
     EXPECT_FALSE(map.is_clear(map.triangles().back(), 1.0 / 3, 1.0 / 3));
+}
+
+TEST(Clearance, TrianglesAmongVeryManyNeighboursAreClearNowhere) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
+    const ClearanceRules fine{.reach_m = 1e-6, .edge_band_m = 2e-6, .enlargement_m = 1e-6};
+    constexpr int segments = 2'000;
+    b.surface("disc", b.lambert(0.5));
+    const auto rim = [](int i) {
+        const double angle = 2 * std::numbers::pi * i / segments;
+        return Vec3d{0.5 + 0.4 * std::cos(angle), 0.5, 0.5 + 0.4 * std::sin(angle)}.as<float>();
+    };
+    for (int i = 0; i < segments; ++i) b.triangle({0.5f, 0.5f, 0.5f}, rim(i + 1), rim(i));
+    const ClearanceMap map = ClearanceMap::make(b.scene, fine);
+    for (std::size_t t = 0; t < map.triangles().size(); ++t)
+        EXPECT_EQ(map.is_clear(map.triangles()[t], 0.4, 0.3), t < 12) << t;
 }
 
 TEST(Clearance, PointLightsAreClearAwayFromSurfaces) {
