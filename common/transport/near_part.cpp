@@ -73,6 +73,16 @@ bool Slab::holds(Vec3d point) const {
     return true;
 }
 
+double Slab::depth_m(const WeightPolygon& points) const {
+    std::array<double, 3> most{-1e300, -1e300, -1e300};
+    for (const WeightPolygon::Corner& p : points) {
+        most[0] = std::max(most[0], 1 - p.b1 - p.b2);
+        most[1] = std::max(most[1], p.b1);
+        most[2] = std::max(most[2], p.b2);
+    }
+    return std::min({most[0] / steepness_[0], most[1] / steepness_[1], most[2] / steepness_[2]});
+}
+
 WeightPolygon Slab::near_part(const Corners& other, double edge_band_m) const {
     if (!near_.touches(other)) return {};
     WeightPolygon whole;

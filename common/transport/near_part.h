@@ -2,7 +2,6 @@
 
 #include "common/transport/enlarged_triangle.h"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -60,8 +59,7 @@ public:
     /// `edge_band_m` - reach.
     WeightPolygon near_part(const Corners& other, double edge_band_m) const;
     /// How far inside the edge that they pass least the points come; negative beyond it.
-    template <class Points>
-    double depth_m(const Points& points) const;
+    double depth_m(const WeightPolygon& points) const;
     /// Sets the bits (b1 * side + b2) of all cells within reach of the polygon; each cell is taken larger by
     /// `weight_slack` in every weight.
     void mark(const WeightPolygon& near, std::uint32_t side, double weight_slack, std::uint64_t* words) const;
@@ -79,16 +77,5 @@ private:
     std::array<Vec3d, 3> slopes_;        ///< along which the weights grow [1/m]
     std::array<double, 3> steepness_{};  ///< their lengths: one over the heights of the triangle
 };
-
-template <class Points>
-double Slab::depth_m(const Points& points) const {
-    std::array<double, 3> most{-1e300, -1e300, -1e300};
-    for (const WeightPolygon::Corner& p : points) {
-        most[0] = std::max(most[0], 1 - p.b1 - p.b2);
-        most[1] = std::max(most[1], p.b1);
-        most[2] = std::max(most[2], p.b2);
-    }
-    return std::min({most[0] / steepness_[0], most[1] / steepness_[1], most[2] / steepness_[2]});
-}
 
 }  // namespace lumenfarm
