@@ -1,78 +1,94 @@
 #include "master/job_store.h"
 
-#include "common/support/file.h"
+#include <xxhash.h>
 
-#include <algorithm>
-#include <charconv>
-#include <cstring>
-#include <string_view>
-#include <system_error>
+#include <array>
+#include <optional>
+#include <utility>
 
 namespace lumenfarm {
 
 namespace {
 
-constexpr std::string_view format_line = "lumenfarm job 1\n";
+// docs/operations.md, "The storage folder". Checksums are XXH3-64, that of a record is seeded with the job: SQLite
+// verifies its own structure, not the bytes of a row.
+constexpr std::array schema{
+    "CREATE TABLE jobs (job INTEGER PRIMARY KEY, record BLOB NOT NULL, checksum INTEGER NOT NULL) STRICT;"
+    "CREATE TABLE lives (one INTEGER PRIMARY KEY CHECK (one = 1), begun INTEGER NOT NULL,"
+    " checksum INTEGER NOT NULL) STRICT;"};
+
+std::uint64_t checksum(JobId job, std::span<const std::byte> record) {
+    return XXH3_64bits_withSeed(record.data(), record.size(), job);
+}
+
+std::uint64_t checksum_of_lives(std::uint32_t begun) { return XXH3_64bits(&begun, sizeof begun); }
 
 std::vector<std::byte> encode(const JobRecord& record) {
-    std::vector<std::byte> bytes(format_line.size());
-    std::memcpy(bytes.data(), format_line.data(), format_line.size());
+    std::vector<std::byte> bytes;
     wire::OutputArchive archive(bytes);
     archive << record;
     return bytes;
 }
 
-Result<JobRecord> decode(const std::filesystem::path& path) {
-    const auto bytes = read_file(path, limits::job_record_bytes_max);
-    if (!bytes) return bytes.error();
-    const bool ours =
-        bytes->size() >= format_line.size() && std::memcmp(bytes->data(), format_line.data(), format_line.size()) == 0;
-    if (!ours) return failed("'" + path.string() + "' is not the record of a job");
-    const std::span<const std::byte> rest(*bytes);
-    wire::InputArchive archive(rest.subspan(format_line.size()));
+std::optional<JobRecord> decode(JobId job, std::span<const std::byte> bytes) {
+    wire::InputArchive archive(bytes);
     JobRecord record;
     archive >> record;
     archive.finish();
-    if (archive.refused()) return failed("the record of a job in '" + path.string() + "' is damaged");
+    if (archive.refused() || record.id() != job) return std::nullopt;
     return record;
 }
 
 }  // namespace
 
-Result<void> FolderJobStore::put(const JobRecord& record) {
-    return write_file(folder_ / (std::to_string(record.id()) + ".job"), encode(record));
+Result<JobStore> JobStore::open(const std::filesystem::path& file) {
+    auto database = Database::open(file, schema);
+    if (!database) return database.error();
+    return JobStore(std::move(*database));
 }
 
-Result<JobStore::Contents> FolderJobStore::load() {
-    if (const auto made = make_folder(folder_); !made) return made.error();
+Result<void> JobStore::put(const JobRecord& record) {
+    auto put = database_.prepare("INSERT OR REPLACE INTO jobs VALUES (?, ?, ?)");
+    if (!put) return put.error();
+    const std::vector<std::byte> bytes = encode(record);
+    return put->bind(record.id()).bind(bytes).bind(checksum(record.id(), bytes)).run();
+}
+
+Result<JobStore::Contents> JobStore::load() {
+    auto rows = database_.prepare("SELECT job, record, checksum FROM jobs ORDER BY job");
+    if (!rows) return rows.error();
     Contents contents;
-    std::error_code error;
-    for (std::filesystem::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
-        if (at->path().extension() != ".job") continue;
-        auto record = decode(at->path());
+    while (true) {
+        const auto row = rows->step();
+        if (!row) return row.error();
+        if (!*row) return contents;
+        const JobId job = rows->number(0);
+        const std::vector<std::byte> bytes = rows->bytes(1);
+        auto record = rows->number(2) == checksum(job, bytes) ? decode(job, bytes) : std::nullopt;
         if (record) {
             contents.records.push_back(std::move(*record));
         } else {
-            contents.warnings.push_back(record.error().sentence);
+            contents.warnings.push_back("the record of job " + std::to_string(job) + " is damaged; it is left out");
         }
     }
-    if (error) return failed("can't read the folder '" + folder_.string() + "': " + error.message());
-    std::sort(contents.records.begin(), contents.records.end(),
-              [](const JobRecord& a, const JobRecord& b) { return a.id() < b.id(); });
-    return contents;
 }
 
-Result<std::uint32_t> FolderJobStore::begin_life() {
-    const std::filesystem::path path = folder_ / "lives";
-    std::uint32_t lives = 0;
-    if (std::filesystem::exists(path)) {
-        const auto bytes = read_file(path, 16);
-        if (!bytes) return bytes.error();
-        const auto* text = reinterpret_cast<const char*>(bytes->data());
-        std::from_chars(text, text + bytes->size(), lives);
+Result<std::uint32_t> JobStore::begin_life() {
+    auto lives = database_.prepare("SELECT begun, checksum FROM lives");
+    if (!lives) return lives.error();
+    const auto row = lives->step();
+    if (!row) return row.error();
+    std::uint32_t life = 0;
+    if (*row) {
+        life = static_cast<std::uint32_t>(lives->number(0));
+        if (lives->number(1) != checksum_of_lives(life))
+            return failed("the number of the master's lives is damaged in its database");
     }
-    if (const auto written = write_file(path, std::to_string(++lives)); !written) return written.error();
-    return lives;
+    ++life;
+    auto begin = database_.prepare("INSERT OR REPLACE INTO lives VALUES (1, ?, ?)");
+    if (!begin) return begin.error();
+    if (const auto begun = begin->bind(life).bind(checksum_of_lives(life)).run(); !begun) return begun.error();
+    return life;
 }
 
 }  // namespace lumenfarm

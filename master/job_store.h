@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/support/result.h"
+#include "master/database.h"
 #include "master/job.h"
 
 #include <cstdint>
@@ -8,35 +9,30 @@
 #include <string>
 #include <vector>
 
-/// What outlives the master: the records of its jobs, and how many lives it has had.
+/// What outlives the master: the records of its jobs, and how many lives it has had. Not thread-safe.
 namespace lumenfarm {
 
 class JobStore {
 public:
-    virtual ~JobStore() = default;
+    /// Opens the database or makes it. Errors: failed (unwritable, damaged, of a newer version).
+    static Result<JobStore> open(const std::filesystem::path& file);
+
     /// Writes the record for good, in place of an older one of the same job. Errors: failed.
-    virtual Result<void> put(const JobRecord& record) = 0;
+    Result<void> put(const JobRecord& record);
 
     struct Contents {
         std::vector<JobRecord> records;     ///< by job number
-        std::vector<std::string> warnings;  ///< records that could not be read, one sentence each
+        std::vector<std::string> warnings;  ///< records that are damaged, one sentence each
     };
     /// Errors: failed.
-    virtual Result<Contents> load() = 0;
+    Result<Contents> load();
     /// Number of this life: 1, then one more each time. Errors: failed.
-    virtual Result<std::uint32_t> begin_life() = 0;
-};
-
-/// FOLDER/<job>.job, each the archive of a JobRecord behind a line that names the format; FOLDER/lives, a number.
-class FolderJobStore : public JobStore {
-public:
-    explicit FolderJobStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
-    Result<void> put(const JobRecord& record) override;
-    Result<Contents> load() override;
-    Result<std::uint32_t> begin_life() override;
+    Result<std::uint32_t> begin_life();
 
 private:
-    std::filesystem::path folder_;
+    explicit JobStore(Database database) : database_(std::move(database)) {}
+
+    Database database_;
 };
 
 }  // namespace lumenfarm

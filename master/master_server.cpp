@@ -41,7 +41,8 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     if (!lock) return lock.error();
     auto files = std::make_unique<FileStore>(options.storage / "files");
     if (const auto opened = files->open(); !opened) return opened.error();
-    auto jobs = std::make_unique<FolderJobStore>(options.storage / "jobs");
+    auto jobs = JobStore::open(options.storage / "jobs.sqlite");
+    if (!jobs) return jobs.error();
     auto contents = jobs->load();
     if (!contents) return contents.error();
     for (const std::string& warning : contents->warnings) spdlog::warn("{}", warning);
@@ -55,7 +56,7 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.epoch = *life;
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
-    auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(files), std::move(jobs));
+    auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(files), std::move(*jobs));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();
     running->run(std::move(contents->records));

@@ -21,11 +21,11 @@ constexpr std::size_t slow_requests_max = 8;  ///< of one connection, before its
 }  // namespace
 
 MasterServer::Running::Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files,
-                               std::unique_ptr<JobStore> jobs)
+                               JobStore jobs)
     : lock_(std::move(lock)),
       files_(std::move(files)),
       jobs_(std::move(jobs)),
-      storage_(*files_, *jobs_),
+      storage_(*files_, jobs_),
       core_(policy) {}
 
 MasterServer::Running::~Running() { stop(); }

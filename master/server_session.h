@@ -28,8 +28,7 @@ namespace lumenfarm {
 /// The shell of MasterCore: one thread for all connections and the core, one for the storage.
 class MasterServer::Running : public net::ConnectionHandler {
 public:
-    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files,
-            std::unique_ptr<JobStore> jobs);
+    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files, JobStore jobs);
     ~Running() override;
 
     Result<void> listen(const std::string& where, bool allow_plaintext);
@@ -94,7 +93,7 @@ private:
 
     StorageLock lock_;
     std::unique_ptr<FileStore> files_;
-    std::unique_ptr<JobStore> jobs_;
+    JobStore jobs_;
     Storage storage_;
     MasterCore core_;
     std::unique_ptr<net::Listener> listener_;

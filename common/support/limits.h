@@ -97,8 +97,7 @@ inline constexpr std::size_t chunks_in_flight = 4;      ///< of one scene on its
 inline constexpr std::uint32_t chunk_attempts_max = 3;  ///< of a chunk that comes damaged
 inline constexpr std::size_t result_bytes_in_flight =
     16u << 20;                                   ///< of the results sent and not yet answered, beside the last
-inline constexpr std::size_t uploads_max = 16;               ///< of scenes on their way to one master
-inline constexpr std::size_t job_record_bytes_max = 64u << 10;
+inline constexpr std::size_t uploads_max = 16;   ///< of scenes on their way to one master
 inline constexpr double lease_seconds = 60;      ///< without a sign of life from the worker
 inline constexpr double reconnect_seconds = 10;  ///< leases of a lost connection wait for their worker this long
 inline constexpr double finish_seconds = 10;     ///< an interrupted job waits for outstanding results this long

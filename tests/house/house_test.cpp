@@ -61,6 +61,11 @@ TEST(House, BoostSerializationStaysInProto) {
     EXPECT_THAT(fence_findings(sources(), fence), IsEmpty());
 }
 
+TEST(House, SQLiteStaysInOneFile) {
+    const Fence fence{"SQLite", {"sqlite3.h"}, "master/database\\.cpp"};
+    EXPECT_THAT(fence_findings(sources(), fence), IsEmpty());
+}
+
 TEST(House, OpenImageIOStaysInImagingAndImport) {
     const Fence fence{"OpenImageIO", {"OpenImageIO/"}, "common/imaging/.*|cli/import/.*"};
     EXPECT_THAT(fence_findings(sources(), fence), IsEmpty());

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "tests/scratch/folder.h"
+
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -10,8 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <string>
@@ -25,30 +25,6 @@ using Clock = std::chrono::steady_clock;
 inline constexpr std::chrono::seconds watchdog{90};
 
 inline std::string program(const std::string& name) { return std::string(LUMENFARM_BINARY_DIR) + "/bin/" + name; }
-
-/// A folder that goes with the test.
-class Folder {
-public:
-    Folder() {
-        std::string name = (std::filesystem::temp_directory_path() / "lumenfarm-test-XXXXXX").string();
-        path_ = ::mkdtemp(name.data());
-    }
-    ~Folder() {
-        std::error_code error;
-        std::filesystem::remove_all(path_, error);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    std::string write(const std::string& name, std::string_view text) const {
-        std::ofstream(path_ / name, std::ios::binary) << text;
-        return (path_ / name).string();
-    }
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
 
 class Process {
 public:

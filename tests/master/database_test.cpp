@@ -1,0 +1,75 @@
+#include "master/database.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace lumenfarm {
+namespace {
+
+constexpr std::array first{"CREATE TABLE numbers (number INTEGER PRIMARY KEY) STRICT"};
+constexpr std::array both{first[0], "ALTER TABLE numbers ADD COLUMN bytes BLOB"};
+
+std::uint64_t count(Database& database) {
+    Statement counted = std::move(database.prepare("SELECT count(*) FROM numbers").value());
+    EXPECT_TRUE(counted.step().value());
+    return counted.number(0);
+}
+
+TEST(Database, ATransactionThatIsNotCommittedNeverWas) {
+    Database database = std::move(Database::open(":memory:", first).value());
+    Statement insert = std::move(database.prepare("INSERT INTO numbers VALUES (?)").value());
+    {
+        auto all = database.begin();
+        ASSERT_TRUE(all.has_value());
+        ASSERT_TRUE(insert.bind(1).run().has_value());
+        EXPECT_EQ(count(database), 1u);
+    }
+    EXPECT_EQ(count(database), 0u);
+    {
+        auto all = database.begin();
+        ASSERT_TRUE(all.has_value());
+        ASSERT_TRUE(insert.bind(2).run().has_value());
+        ASSERT_TRUE(all->commit().has_value());
+    }
+    EXPECT_EQ(count(database), 1u);
+}
+
+TEST(Database, AStatementThatFailedCanBeUsedAgain) {
+    Database database = std::move(Database::open(":memory:", first).value());
+    Statement insert = std::move(database.prepare("INSERT INTO numbers VALUES (?)").value());
+    ASSERT_TRUE(insert.bind(1).run().has_value());
+    const auto again = insert.bind(1).run();
+    ASSERT_FALSE(again.has_value());
+    EXPECT_EQ(again.error().sentence, "the database ':memory:' fails: UNIQUE constraint failed: numbers.number");
+    EXPECT_FALSE(insert.bind(2).bind(3).run().has_value()) << "there is no second parameter";
+    EXPECT_TRUE(insert.bind(3).run().has_value());
+    EXPECT_EQ(count(database), 2u);
+}
+
+TEST(Database, NumbersKeepAllBitsAndBytesAll) {
+    Database database = std::move(Database::open(":memory:", both).value());
+    constexpr std::uint64_t large = 0xffff'ffff'ffff'fff0;
+    const std::array bytes{std::byte{0}, std::byte{7}, std::byte{0}};
+    ASSERT_TRUE(database.prepare("INSERT INTO numbers VALUES (?, ?)")->bind(large).bind(bytes).run().has_value());
+    ASSERT_TRUE(database.prepare("INSERT INTO numbers VALUES (?, ?)")
+                    ->bind(5)
+                    .bind(std::span<const std::byte>{})
+                    .run()
+                    .has_value());
+    Statement rows = std::move(database.prepare("SELECT number, bytes FROM numbers ORDER BY number").value());
+    ASSERT_TRUE(rows.step().value());
+    EXPECT_EQ(rows.number(0), large);
+    EXPECT_EQ(rows.bytes(1), std::vector<std::byte>(bytes.begin(), bytes.end()));
+    ASSERT_TRUE(rows.step().value());
+    EXPECT_TRUE(rows.bytes(1).empty());
+    EXPECT_FALSE(rows.step().value());
+}
+
+TEST(Database, StatementsThatAreNotSqlAreRefused) {
+    Database database = std::move(Database::open(":memory:", first).value());
+    EXPECT_FALSE(database.prepare("SELECT nothing FROM nowhere").has_value());
+}
+
+}  // namespace
+}  // namespace lumenfarm
