@@ -36,6 +36,15 @@ bool write_all(int fd, std::span<const std::byte> bytes) {
     return true;
 }
 
+/// A new name lasts when its folder is synced, too.
+Result<void> sync_folder(const std::filesystem::path& path) {
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    // a folder that only takes files can't be opened, and some file systems have nothing to sync here
+    if (opened.get() < 0 || ::fsync(opened.get()) == 0 || errno == EINVAL) return {};
+    return failed("cannot write '" + path.string() + "': " + reason());
+}
+
 }  // namespace
 
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std::uint64_t bytes_max) {
@@ -76,7 +85,7 @@ Result<void> write_file(const std::filesystem::path& path, std::span<const std::
         ::unlink(beside.c_str());
         return failed("cannot write '" + path.string() + "': " + why);
     }
-    return {};
+    return sync_folder(path);
 }
 
 Result<void> write_file(const std::filesystem::path& path, const std::string& text) {

@@ -15,7 +15,8 @@ namespace lumenfarm {
 /// Errors: bad_input (missing, a folder, empty is allowed, larger than `bytes_max`), failed (read error).
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std::uint64_t bytes_max);
 
-/// Writes beside the path, syncs, and renames: readers see the old file or the whole new one. Errors: failed.
+/// Writes beside the path, syncs, renames, and syncs the folder: readers see the old file or the whole new one, which
+/// lasts. Errors: failed.
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 Result<void> write_file(const std::filesystem::path& path, const std::string& text);
 
