@@ -55,14 +55,18 @@ Result<void> JobStore::put(const JobRecord& record) {
 }
 
 Result<JobStore::Contents> JobStore::load() {
-    auto rows = database_.prepare("SELECT job, record, checksum FROM jobs ORDER BY job");
+    // a record that can't be one is not even read
+    auto rows = database_.prepare(
+        "SELECT job, CASE WHEN length(record) <= ? THEN record ELSE x'' END, checksum FROM jobs ORDER BY job");
     if (!rows) return rows.error();
+    rows->bind(limits::job_record_bytes_max);
     Contents contents;
     while (true) {
         const auto row = rows->step();
         if (!row) return row.error();
         if (!*row) return contents;
         const JobId job = rows->number(0);
+        contents.next_job = job + 1;
         const std::vector<std::byte> bytes = rows->bytes(1);
         auto record = rows->number(2) == checksum(job, bytes) ? decode(job, bytes) : std::nullopt;
         if (record) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/support/result.h"
-#include "master/database.h"
+#include "master/disk/database.h"
 #include "master/job.h"
 
 #include <cstdint>
@@ -22,6 +22,7 @@ public:
 
     struct Contents {
         std::vector<JobRecord> records;     ///< by job number
+        JobId next_job = 1;                 ///< above every number that was ever given, to damaged records too
         std::vector<std::string> warnings;  ///< records that are damaged, one sentence each
     };
     /// Errors: failed.

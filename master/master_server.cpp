@@ -54,6 +54,7 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     MasterPolicy policy;
     policy.fingerprint = *fingerprint;
     policy.epoch = *life;
+    policy.first_job = contents->next_job;
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
     auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(files), std::move(*jobs));

@@ -5,7 +5,7 @@
 #include "master/master_core.h"
 #include "master/master_server.h"
 #include "master/storage.h"
-#include "master/storage_lock.h"
+#include "master/disk/storage_lock.h"
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>

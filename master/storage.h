@@ -1,7 +1,7 @@
 #pragma once
 
 #include "master/effects.h"
-#include "master/file_store.h"
+#include "master/disk/file_store.h"
 #include "master/job_store.h"
 
 #include <cstdint>

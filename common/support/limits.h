@@ -93,6 +93,7 @@ inline constexpr std::uint32_t threads_per_worker_max = 1'024;
 inline constexpr std::uint32_t leases_per_worker_max = 4 * threads_per_worker_max;
 inline constexpr std::size_t sessions_max = 4'096;
 inline constexpr std::size_t jobs_max = 4'096;          ///< kept by one master, finished ones included
+inline constexpr std::size_t job_record_bytes_max = 64u << 10;
 inline constexpr std::size_t chunks_in_flight = 4;      ///< of one scene on its way to one worker
 inline constexpr std::uint32_t chunk_attempts_max = 3;  ///< of a chunk that comes damaged
 inline constexpr std::size_t result_bytes_in_flight =

@@ -9,7 +9,8 @@ namespace lumenfarm {
 
 int exit_code(const Error& error) {
     switch (error.code) {
-        case ErrorCode::failed: return 1;
+        case ErrorCode::failed:
+        case ErrorCode::no_space: return 1;
         case ErrorCode::bad_input: return 2;
         case ErrorCode::interrupted: return 3;
     }

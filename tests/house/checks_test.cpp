@@ -30,7 +30,7 @@ TEST(RoomOrderCheck, ARoomIsItsFolderAndCliKeepsItsOwnFiles) {
     EXPECT_EQ(room_of("common/net/listener.h"), "common/net");
     EXPECT_EQ(room_of("cli/import/mesh.h"), "cli/import");
     EXPECT_EQ(room_of("cli/main.cpp"), "cli");
-    EXPECT_EQ(room_of("master/dashboard/page.h"), "master");
+    EXPECT_EQ(room_of("master/dashboard/page.h"), "master/dashboard");
     EXPECT_EQ(room_of("listener.h"), "");
 }
 

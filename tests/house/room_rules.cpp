@@ -34,7 +34,8 @@ bool may_include(const std::vector<std::string>& order, const std::string& from,
     if (from == to) return true;
     if (is_common(from)) return common_may_include(order, from, to);
     if (from == "proto") return proto_may_include(order, to);
-    if (from == "master" || from == "worker") return is_common(to) || to == "proto";
+    if (from == "master" || from == "worker" || from.starts_with("master/"))
+        return is_common(to) || to == "proto" || (from == "master" && to.starts_with("master/"));
     if (from == "cli/import" || from == "cli/products") return is_common(to);
     if (from == "cli") return to != "tests";
     return false;
@@ -56,7 +57,7 @@ std::string room_of(const std::string& path) {
     if (first == std::string::npos) return "";
     const std::string top = path.substr(0, first);
     const std::size_t second = path.find('/', first + 1);
-    const bool has_rooms = top == "common" || top == "cli";
+    const bool has_rooms = top == "common" || top == "cli" || top == "master";
     return has_rooms && second != std::string::npos ? path.substr(0, second) : top;
 }
 

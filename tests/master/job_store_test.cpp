@@ -91,6 +91,18 @@ TEST_F(JobStoreFile, ARecordThatWasChangedIsNamedAndLeftOut) {
     ASSERT_EQ(contents->warnings.size(), 2u);
     EXPECT_EQ(contents->warnings[0], "the record of job 2 is damaged; it is left out");
     EXPECT_EQ(contents->warnings[1], "the record of job 7 is damaged; it is left out");
+    EXPECT_EQ(contents->next_job, 8u) << "a new job must not overwrite it";
+}
+
+TEST_F(JobStoreFile, ARecordThatIsTooLargeIsNamedAndLeftOut) {
+    ASSERT_TRUE(open().put(record_of(1, wire::JobState::done)).has_value());
+    const std::string grow =
+        "UPDATE jobs SET record = zeroblob(" + std::to_string(limits::job_record_bytes_max) + " + 1)";
+    tamper(grow.c_str());
+    const auto contents = open().load();
+    ASSERT_TRUE(contents.has_value());
+    EXPECT_TRUE(contents->records.empty());
+    EXPECT_EQ(contents->warnings.size(), 1u);
 }
 
 TEST_F(JobStoreFile, AFlippedByteIsFoundOrWithoutEffect) {

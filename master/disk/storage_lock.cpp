@@ -1,4 +1,4 @@
-#include "master/storage_lock.h"
+#include "master/disk/storage_lock.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -1,4 +1,4 @@
-#include "master/database.h"
+#include "master/disk/database.h"
 
 #include <sqlite3.h>
 

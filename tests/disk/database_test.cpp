@@ -1,4 +1,4 @@
-#include "master/database.h"
+#include "master/disk/database.h"
 
 #include <gtest/gtest.h>
 

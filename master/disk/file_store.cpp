@@ -1,4 +1,4 @@
-#include "master/file_store.h"
+#include "master/disk/file_store.h"
 
 #include "common/scene/scene_file.h"
 #include "common/support/file.h"
