@@ -44,7 +44,8 @@ SourceFile file_of(const std::string& path, const std::string& text) {
 SourceTree read_repository(const fs::path& root) {
     SourceTree tree;
     for (const fs::directory_entry& entry : fs::directory_iterator(root)) {
-        if (entry.is_regular_file()) append_if_text(tree, root, entry.path());
+        // in a worktree .git is a file, which says where the repository lies
+        if (entry.is_regular_file() && entry.path().filename() != ".git") append_if_text(tree, root, entry.path());
     }
     for (const char* folder : folders) {
         if (!fs::exists(root / folder)) continue;
