@@ -1,28 +1,17 @@
 #include "common/support/file.h"
 
+#include "common/support/descriptor.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace lumenfarm {
 namespace {
-
-class Descriptor {
-public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    int get() const { return fd_; }
-
-private:
-    int fd_;
-};
 
 std::string reason() { return std::strerror(errno); }
 
@@ -34,15 +23,6 @@ bool write_all(int fd, std::span<const std::byte> bytes) {
         bytes = bytes.subspan(static_cast<std::size_t>(written));
     }
     return true;
-}
-
-/// A new name lasts when its folder is synced, too.
-Result<void> sync_folder(const std::filesystem::path& path) {
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    // a folder that only takes files can't be opened, and some file systems have nothing to sync here
-    if (opened.get() < 0 || ::fsync(opened.get()) == 0 || errno == EINVAL) return {};
-    return failed("cannot write '" + path.string() + "': " + reason());
 }
 
 }  // namespace
@@ -69,23 +49,32 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std:
     return bytes;
 }
 
+Error disk_error(const std::string& what, int code) {
+    std::string sentence = what + ": " + std::strerror(code);
+    if (code == ENOSPC || code == EDQUOT) return no_space(std::move(sentence));
+    return failed(std::move(sentence));
+}
+
+Result<void> sync_folder(const std::filesystem::path& folder) {
+    const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    // a folder that only takes files can't be opened, and some file systems have nothing to sync here
+    const bool nothing_to_do = opened.get() < 0 ? errno == EACCES : ::fsync(opened.get()) == 0 || errno == EINVAL;
+    if (nothing_to_do) return {};
+    return disk_error("cannot sync the folder '" + folder.string() + "'", errno);
+}
+
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
     const std::string beside = path.string() + ".part-" + std::to_string(::getpid());
+    const auto fails = [&](int code) {
+        ::unlink(beside.c_str());
+        return disk_error("cannot write '" + path.string() + "'", code);
+    };
     {
         const Descriptor file(::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-        if (file.get() < 0) return failed("cannot write '" + path.string() + "': " + reason());
-        if (!write_all(file.get(), bytes) || ::fsync(file.get()) != 0) {
-            const std::string why = reason();
-            ::unlink(beside.c_str());
-            return failed("cannot write '" + path.string() + "': " + why);
-        }
+        if (file.get() < 0 || !write_all(file.get(), bytes) || ::fsync(file.get()) != 0) return fails(errno);
     }
-    if (::rename(beside.c_str(), path.c_str()) != 0) {
-        const std::string why = reason();
-        ::unlink(beside.c_str());
-        return failed("cannot write '" + path.string() + "': " + why);
-    }
-    return sync_folder(path);
+    if (::rename(beside.c_str(), path.c_str()) != 0) return fails(errno);
+    return sync_folder(path.parent_path());
 }
 
 Result<void> write_file(const std::filesystem::path& path, const std::string& text) {

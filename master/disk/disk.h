@@ -12,8 +12,8 @@
 
 /// The disk as the master uses it, so that a test can put one beneath it that is full, tears and forgets. What was
 /// written lasts once it is synced: bytes by DiskFile::sync, names by Disk::sync_folder. Errors everywhere: no_space
-/// (full, or over a quota), failed (anything else; after a failed sync nobody knows what is on the disk). Sentences name
-/// the path and the system's reason. One thread at a time.
+/// (full, or over a quota), failed (anything else; after a failed sync nobody knows what is on the disk). Sentences
+/// name the path and the system's reason. One thread at a time.
 namespace lumenfarm {
 
 class DiskFile {
@@ -42,7 +42,7 @@ public:
     virtual Result<void> remove(const std::filesystem::path& file) = 0;
     /// Names of the files in the folder, sorted.
     virtual Result<std::vector<std::string>> list(const std::filesystem::path& folder) const = 0;
-    /// With its parents; one that is there is fine.
+    /// With its parents; one that is there is fine. New ones last when this returns.
     virtual Result<void> make_folder(const std::filesystem::path& folder) = 0;
     virtual Result<void> sync_folder(const std::filesystem::path& folder) = 0;
 };
