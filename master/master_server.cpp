@@ -1,7 +1,7 @@
 #include "master/master_server.h"
 
-#include "common/support/file.h"
 #include "common/transport/fingerprint.h"
+#include "master/disk/posix_disk.h"
 #include "master/server_session.h"
 
 #include <spdlog/spdlog.h>
@@ -36,10 +36,11 @@ auto MasterServer::Running::ask(Task task) -> std::optional<decltype(task())> {
 
 Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& options) {
     if (options.storage.empty()) return bad_input("a master needs a storage folder: --storage DIR");
-    if (const auto made = make_folder(options.storage); !made) return made.error();
+    auto disk = std::make_unique<PosixDisk>();
+    if (const auto made = disk->make_folder(options.storage); !made) return made.error();
     auto lock = StorageLock::take(options.storage);
     if (!lock) return lock.error();
-    auto files = std::make_unique<FileStore>(options.storage / "files");
+    auto files = std::make_unique<FileStore>(*disk, options.storage / "files");
     if (const auto opened = files->open(); !opened) return opened.error();
     auto jobs = JobStore::open(options.storage / "jobs.sqlite");
     if (!jobs) return jobs.error();
@@ -57,7 +58,8 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.first_job = contents->next_job;
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
-    auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(files), std::move(*jobs));
+    auto running =
+        std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(files), std::move(*jobs));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();
     running->run(std::move(contents->records));

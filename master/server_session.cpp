@@ -20,9 +20,10 @@ constexpr std::size_t slow_requests_max = 8;  ///< of one connection, before its
 
 }  // namespace
 
-MasterServer::Running::Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files,
-                               JobStore jobs)
+MasterServer::Running::Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk,
+                               std::unique_ptr<FileStore> files, JobStore jobs)
     : lock_(std::move(lock)),
+      disk_(std::move(disk)),
       files_(std::move(files)),
       jobs_(std::move(jobs)),
       storage_(*files_, jobs_),

@@ -2,10 +2,10 @@
 
 #include "common/net/connection.h"
 #include "common/net/listener.h"
+#include "master/disk/storage_lock.h"
 #include "master/master_core.h"
 #include "master/master_server.h"
 #include "master/storage.h"
-#include "master/disk/storage_lock.h"
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -28,7 +28,8 @@ namespace lumenfarm {
 /// The shell of MasterCore: one thread for all connections and the core, one for the storage.
 class MasterServer::Running : public net::ConnectionHandler {
 public:
-    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<FileStore> files, JobStore jobs);
+    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk, std::unique_ptr<FileStore> files,
+            JobStore jobs);
     ~Running() override;
 
     Result<void> listen(const std::string& where, bool allow_plaintext);
@@ -92,6 +93,7 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 
     StorageLock lock_;
+    std::unique_ptr<Disk> disk_;  ///< of files_
     std::unique_ptr<FileStore> files_;
     JobStore jobs_;
     Storage storage_;
