@@ -41,8 +41,8 @@ std::optional<JobRecord> decode(JobId job, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-Result<JobStore> JobStore::open(const std::filesystem::path& file) {
-    auto database = Database::open(file, schema);
+Result<JobStore> JobStore::open(const std::filesystem::path& file, const char* vfs) {
+    auto database = Database::open(file, schema, vfs);
     if (!database) return database.error();
     return JobStore(std::move(*database));
 }

@@ -14,8 +14,9 @@ namespace lumenfarm {
 
 class JobStore {
 public:
-    /// Opens the database or makes it. Errors: failed (unwritable, damaged, of a newer version).
-    static Result<JobStore> open(const std::filesystem::path& file);
+    /// Opens the database or makes it, on `vfs` as Database::open(). Errors: failed (unwritable, damaged, of a newer
+    /// version), no_space.
+    static Result<JobStore> open(const std::filesystem::path& file, const char* vfs = nullptr);
 
     /// Writes the record for good, in place of an older one of the same job. Errors: failed.
     Result<void> put(const JobRecord& record);

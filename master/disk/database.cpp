@@ -2,17 +2,62 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <bit>
+#include <cerrno>
+#include <cstdint>
 #include <utility>
 
 namespace lumenfarm {
 
 namespace {
 
+constexpr int log_pages = 1'000;
+constexpr int rewrite_bytes = 1 << 20;
 constexpr int busy_milliseconds = 2'000;  // somebody may be looking into the file
 
+/// SQLite says itself that a disk is full, but not that a quota is used up, or that there is no room for a new name.
+bool is_full(sqlite3* connection) {
+    const int code = sqlite3_extended_errcode(connection);
+    if (code == SQLITE_FULL) return true;
+    if (code != SQLITE_IOERR_WRITE && (code & 0xff) != SQLITE_CANTOPEN) return false;
+    const int reason = sqlite3_system_errno(connection);
+    return reason == ENOSPC || reason == EDQUOT;
+}
+
+/// Whether closing leaves the log as it is, instead of moving it into the database.
+void close_quietly(sqlite3* connection, bool quietly) {
+    sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, quietly ? 1 : 0, nullptr);
+}
+
 Error error_of(const std::string& file, sqlite3* connection) {
-    return failed("the database '" + file + "' fails: " + sqlite3_errmsg(connection));
+    if (is_full(connection)) return no_space("cannot write the database '" + file + "': No space left on device");
+    Error error = failed("the database '" + file + "' fails: " + sqlite3_errmsg(connection));
+    // after a failed sync the disk may lack the log, which could then not repair a database that is written in part
+    if (connection) close_quietly(connection, true);
+    return error;
+}
+
+/// Moves a log of many pages into the database, after a commit. SQLite's own way would not tell of a sync that failed.
+int shorten_log(void* pages_max, sqlite3* connection, const char* database, int pages) {
+    if (pages < static_cast<int>(reinterpret_cast<std::intptr_t>(pages_max))) return SQLITE_OK;
+    const int code = sqlite3_wal_checkpoint_v2(connection, database, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
+    // the log keeps what a full disk has no second room for, and the next commit tries again
+    return code != SQLITE_OK && is_full(connection) ? SQLITE_OK : code;
+}
+
+/// Writes the file over itself, and syncs it.
+int rewrite(sqlite3_file& file) {
+    const sqlite3_io_methods& call = *file.pMethods;
+    sqlite3_int64 size = 0;
+    int code = call.xFileSize(&file, &size);
+    std::vector<std::byte> block(rewrite_bytes);
+    for (sqlite3_int64 at = 0; code == SQLITE_OK && at < size; at += rewrite_bytes) {
+        const int bytes = static_cast<int>(std::min<sqlite3_int64>(rewrite_bytes, size - at));
+        code = call.xRead(&file, block.data(), bytes, at);
+        if (code == SQLITE_OK) code = call.xWrite(&file, block.data(), bytes, at);
+    }
+    return code == SQLITE_OK && size > 0 ? call.xSync(&file, SQLITE_SYNC_NORMAL) : code;
 }
 
 }  // namespace
@@ -64,12 +109,13 @@ void Database::Shut::operator()(sqlite3* connection) const { sqlite3_close_v2(co
 
 Error Database::error() const { return error_of(file_, connection_.get()); }
 
-Result<Database> Database::open(const std::filesystem::path& file, std::span<const char* const> schema) {
+Result<Database> Database::open(const std::filesystem::path& file, std::span<const char* const> schema,
+                                const char* vfs) {
     Database database;
     database.file_ = file.string();
     sqlite3* connection = nullptr;
     const int code = sqlite3_open_v2(file.c_str(), &connection,
-                                     SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr);
+                                     SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, vfs);
     database.connection_.reset(connection);
     if (code != SQLITE_OK) return database.error();
     if (const auto ready = database.prepare_file(); !ready) return ready.error();
@@ -82,12 +128,31 @@ Result<void> Database::prepare_file() {
     sqlite3_busy_timeout(connection_.get(), busy_milliseconds);
     sqlite3_extended_result_codes(connection_.get(), 1);
     // exclusive: the log needs no shared memory, so the file may lie on any file system
-    return execute(
+    const auto set = execute(
         "PRAGMA locking_mode=EXCLUSIVE;"
         "PRAGMA journal_mode=WAL;"
         "PRAGMA synchronous=FULL;"
         "PRAGMA foreign_keys=ON;"
         "PRAGMA cell_size_check=ON;");
+    if (!set) return set;
+    limit_log(log_pages);
+    return rewrite_log();
+}
+
+void Database::limit_log(int pages) {
+    sqlite3_wal_hook(connection_.get(), shorten_log, reinterpret_cast<void*>(static_cast<std::intptr_t>(pages)));
+}
+
+Result<void> Database::rewrite_log() {
+    close_quietly(connection_.get(), true);
+    sqlite3_file* log = nullptr;
+    sqlite3_file_control(connection_.get(), "main", SQLITE_FCNTL_JOURNAL_POINTER, &log);
+    if (const int code = log && log->pMethods ? rewrite(*log) : SQLITE_OK; code != SQLITE_OK) {
+        std::string sentence = "the database '" + file_ + "' fails: " + sqlite3_errstr(code);
+        return code == SQLITE_FULL ? no_space(std::move(sentence)) : failed(std::move(sentence));
+    }
+    close_quietly(connection_.get(), false);
+    return {};
 }
 
 Result<void> Database::verify() {

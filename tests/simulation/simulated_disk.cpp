@@ -244,6 +244,10 @@ void SimulatedDisk::crash(std::mt19937_64& random) {
         folder.seen = folder.lasting;
         for (const auto& [file, bytes] : folder.seen) bytes->cut_power(random);
     }
+    kill();
+}
+
+void SimulatedDisk::kill() {
     power_ = true;
     last_call_.reset();
     next_ = {};

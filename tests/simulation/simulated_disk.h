@@ -50,6 +50,8 @@ public:
     /// The power was off and is on again: `random` decides what is left of all that was not synced. Files that were
     /// open fail forever. Whoever had them must be gone before: it could remove or rename files of the new life.
     void crash(std::mt19937_64& random);
+    /// As crash(), but only the program was killed: the system goes on, and nothing is lost yet.
+    void kill();
 
     /// Bytes that all files may have together. A write beyond gives no_space, and writes what fits.
     void set_capacity(std::uint64_t bytes) { capacity_ = bytes; }
