@@ -1,11 +1,30 @@
 #include "master/active_job.h"
 
+#include <algorithm>
 #include <utility>
-#include <vector>
 
 namespace lumenfarm {
 
 namespace {
+
+Outcome outcome_of(ClaimVerdict verdict) {
+    switch (verdict) {
+        case ClaimVerdict::current:
+        case ClaimVerdict::being_stored: return {};
+        case ClaimVerdict::stale: return {wire::Verdict::stale, "a lease of the result is not current any more"};
+        case ClaimVerdict::already_committed: return {wire::Verdict::already_merged, "particles of it are committed"};
+        case ClaimVerdict::invalid: break;
+    }
+    return {wire::Verdict::invalid, "the result covers particles that its leases do not hold"};
+}
+
+/// The epoch is a part of a lease's id, so that a lease of an earlier life is never taken for one of this.
+bool of_their_epochs(const wire::ResultDone& done) {
+    return std::all_of(done.claims.begin(), done.claims.end(),
+                       [](const wire::Claim& claim) { return epoch_of(claim.lease) == claim.epoch; });
+}
+
+}  // namespace
 
 std::vector<Claim> claims_of(const wire::ResultDone& done) {
     std::vector<Claim> claims;
@@ -14,78 +33,39 @@ std::vector<Claim> claims_of(const wire::ResultDone& done) {
     return claims;
 }
 
-Outcome outcome_of(ClaimVerdict verdict) {
-    switch (verdict) {
-        case ClaimVerdict::current: return {};
-        case ClaimVerdict::stale: return {wire::Verdict::stale, "a lease of the result is not current any more"};
-        case ClaimVerdict::already_committed: return {wire::Verdict::already_merged, "its particles are committed"};
-        case ClaimVerdict::invalid: break;
-    }
-    return {wire::Verdict::invalid, "the result covers particles that its leases do not hold"};
-}
+ActiveJob::ActiveJob(const JobSpec& spec, RecoveredJob recovered, double now_s, double deadline_s)
+    : prepared_(std::move(recovered.prepared)),
+      packing_(packing_in_force(spec, *prepared_)),
+      ledger_(prepared_->particles, std::move(recovered.committed), recovered.leases, now_s, deadline_s),
+      balance_(recovered.balance),
+      trace_s_(recovered.trace_s),
+      earlier_effort_(recovered.effort),
+      keep_threshold_(recovered.keep_threshold) {}
 
-}  // namespace
-
-ActiveJob::ActiveJob(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepared)
-    : spec_(spec),
-      prepared_(std::move(prepared)),
-      packing_(packing_in_force(spec_, *prepared_)),
-      ledger_(prepared_->particles),
-      sums_(prepared_->scene, prepared_->layout),
-      kept_(spec_.keep_hits) {}
-
-Outcome ActiveJob::commit(WorkerId worker, const StagedResult& result, const wire::ResultDone& done) {
+std::optional<Outcome> ActiveJob::take(WorkerId worker, StagedResult& result, wire::ResultDone done) {
     const std::vector<Claim> claims = claims_of(done);
-    Outcome outcome = outcome_of(ledger_.check(worker, claims));
-    if (const auto checked = result.check(done); !checked) outcome = {wire::Verdict::invalid, checked.error().sentence};
-    if (outcome.verdict != wire::Verdict::accepted) {
-        // the worker forgets the whole result, so its leases are taken back
-        for (const Claim& claim : claims)
-            if (ledger_.held_by(worker, claim.lease)) ledger_.release(claim.lease);
+    const ClaimVerdict verdict = of_their_epochs(done) ? ledger_.check(worker, claims) : ClaimVerdict::stale;
+    if (verdict == ClaimVerdict::being_stored) return std::nullopt;
+    Outcome outcome = outcome_of(verdict);
+    if (const auto whole = result.complete(std::move(done)); !whole)
+        outcome = {wire::Verdict::invalid, whole.error().sentence};
+    if (outcome.verdict == wire::Verdict::accepted) {
+        ledger_.store(claims);
         return outcome;
     }
-    ledger_.commit(claims);
-    for (const wire::ResultHits& part : result.hits()) merge(part);
-    for (const wire::ResultMap& part : result.maps()) merge(part);
-    for (const wire::ResultKept& part : result.kept())
-        for (const KeptHit& hit : part.hits) kept_.offer(hit);
-    balance_ += done.balance;
-    time_.trace_s += done.trace_seconds;
+    take_back(worker, claims);
     return outcome;
 }
 
-void ActiveJob::merge(const wire::ResultHits& part) {
-    const Emission& emission = prepared_->emission;
-    sums_.add(emission, part.light, part.records, part.energies);
-    if (kept_.capacity() == 0) return;
-    for (std::size_t i = 0; i < part.records.size(); ++i) {
-        const HitRecord& record = part.records[i];
-        const std::uint32_t energy =
-            part.energies.empty() ? emission.lights[part.light].energy[record.wavelength] : part.energies[i];
-        kept_.offer({record, part.light, energy});
-    }
+void ActiveJob::take_back(WorkerId worker, std::span<const Claim> claims) {
+    for (const Claim& claim : claims)
+        if (ledger_.held_by(worker, claim.lease)) ledger_.release(claim.lease);
 }
 
-void ActiveJob::merge(const wire::ResultMap& part) {
-    for (const wire::TexelDelta& delta : part.texels)
-        sums_.texels()[delta.texel] += {delta.radiant, delta.x, delta.y, delta.z, delta.y_squared, delta.hits};
-    for (const wire::SurfaceDelta& delta : part.surfaces)
-        sums_.surfaces()[delta.surface][delta.side()][delta.batch()] += {delta.radiant, delta.y, delta.hits};
-}
-
-std::shared_ptr<const Solution> ActiveJob::take_solution(const Digest& scene, std::uint32_t workers, double total_s) {
-    auto solution = std::make_shared<Solution>();
-    solution->scene = scene;
-    solution->spec = spec_;
-    solution->committed = ledger_.committed();
-    solution->balance = balance_;
-    solution->texels = std::move(sums_.texels());
-    solution->surfaces = std::move(sums_.surfaces());
-    solution->kept = kept_.sorted();
-    solution->time = time_;
-    solution->time.total_s = total_s;
-    solution->time.workers = workers;
-    return solution;
+void ActiveJob::commit(const StagedResult& result) {
+    ledger_.commit(claims_of(result.done()));
+    balance_ += result.done().balance;
+    trace_s_ += result.done().trace_seconds;
 }
 
 }  // namespace lumenfarm

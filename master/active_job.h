@@ -1,14 +1,17 @@
 #pragma once
 
-#include "master/job.h"
 #include "master/ledger.h"
+#include "master/recovered_job.h"
 #include "master/staged_result.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
-/// A running job: the ledger and the sums. Results go in, a solution comes out.
+/// A running job as the core sees it: who has what, and what is done. The sums are with the storage (job_log.h).
 namespace lumenfarm {
 
 struct Outcome {
@@ -18,35 +21,40 @@ struct Outcome {
 
 class ActiveJob {
 public:
-    ActiveJob(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepared);
+    /// Leases of an earlier life are current until `deadline_s`.
+    ActiveJob(const JobSpec& spec, RecoveredJob recovered, double now_s, double deadline_s);
 
     Ledger& ledger() { return ledger_; }
     const Ledger& ledger() const { return ledger_; }
     const PreparedJob& prepared() const { return *prepared_; }
     Packing packing() const { return packing_; }
     const EnergyBalance& balance() const { return balance_; }
-    double trace_s() const { return time_.trace_s; }
+    double trace_s() const { return trace_s_; }
+    const JobEffort& earlier_effort() const { return earlier_effort_; }  ///< in earlier lives of the master
 
-    /// Merges the result whole, or not at all. What it covered and was refused is given out again.
-    Outcome commit(WorkerId worker, const StagedResult& result, const wire::ResultDone& done);
+    /// What becomes of a result that has come whole: accepted, and its particles are taken to be stored; or refused,
+    /// and what its leases owe is given out again; or nothing, since some of its particles are being stored already.
+    std::optional<Outcome> take(WorkerId worker, StagedResult& result, wire::ResultDone done);
+    /// The worker forgets a whole result: what its leases still owe is given out again.
+    void take_back(WorkerId worker, std::span<const Claim> claims);
+    /// The result lasts.
+    void commit(const StagedResult& result);
+
     /// Hits above this are not kept any more.
-    std::uint64_t keep_threshold() const { return kept_.threshold(); }
-
-    /// The sums so far as a solution; this job is empty afterwards.
-    std::shared_ptr<const Solution> take_solution(const Digest& scene, std::uint32_t workers, double total_s);
+    std::uint64_t keep_threshold() const { return keep_threshold_; }
+    void set_keep_threshold(std::uint64_t threshold) { keep_threshold_ = threshold; }
 
 private:
-    void merge(const wire::ResultHits& part);
-    void merge(const wire::ResultMap& part);
-
-    JobSpec spec_;
     std::shared_ptr<const PreparedJob> prepared_;
     Packing packing_;
     Ledger ledger_;
-    LightMap sums_;
-    KeptHits kept_;
     EnergyBalance balance_;
-    SolutionTime time_;
+    double trace_s_;
+    JobEffort earlier_effort_;
+    std::uint64_t keep_threshold_;
 };
+
+/// What a result says that it covers.
+std::vector<Claim> claims_of(const wire::ResultDone& done);
 
 }  // namespace lumenfarm

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "master/job.h"
+#include "master/recovered_job.h"
+#include "master/staged_result.h"
 #include "proto/messages.h"
 
 #include <cstdint>
@@ -52,31 +53,44 @@ struct ServeChunk {
     std::uint32_t index = 0;
 };
 
-/// Load and derive what the job needs. Answer: on_prepared.
+/// Load and derive what the job needs, and find what earlier lives of the master have kept of it. Answer: on_prepared.
 struct Prepare {
-    JobId job = 0;
-    JobSpec spec;
-    Digest scene;
+    JobRecord job;
 };
 
-/// Write the record. A failure is logged: the job is then repeated after a restart.
+/// Make the result last, then add it up. Several go to the disk together. Answer: on_results_stored.
+struct StoreResult {
+    std::uint64_t ticket = 0;
+    JobId job = 0;
+    std::shared_ptr<const StagedResult> result;  ///< complete
+};
+
+/// Keep who has which lease, for the next life. No answer: when it is lost, so is the work of the lease, at most.
+struct StoreLeases {
+    std::vector<StoredLease> given;
+    std::vector<LeaseId> ended;
+};
+
+/// Write what the job has as one solution, when that makes the next start quicker. No answer.
+struct StoreSnapshot {
+    JobId job = 0;
+    JobEffort effort;
+};
+
+/// Write the record. Answer: on_record_stored.
 struct StoreRecord {
     JobRecord record;
 };
 
-/// Encode, digest and write. Answer: on_solution_stored.
+/// Write the solution of what was stored, and the record with its digests. REQUIRES: no result of the job is on its
+/// way. Answer: on_solution_stored.
 struct StoreSolution {
-    JobId job = 0;
-    std::shared_ptr<const Solution> solution;
+    JobRecord record;
+    JobEffort effort;
 };
 
-using Effect =
-    std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, StoreRecord, StoreSolution>;
+using Effect = std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, StoreResult,
+                            StoreLeases, StoreSnapshot, StoreRecord, StoreSolution>;
 using Effects = std::vector<Effect>;
-
-struct StoredSolution {
-    Digest digest;  ///< of the result
-    Digest file;    ///< of the bytes
-};
 
 }  // namespace lumenfarm

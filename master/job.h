@@ -48,13 +48,14 @@ struct JobRecord {
     wire::JobStatus status;
     Digest solution_file;  ///< valid when has_solution
     bool has_solution = false;
-    bool complete = false;  ///< the solution holds every particle
+    bool complete = false;      ///< the solution holds every particle
+    bool cancel_asked = false;  ///< it ends as soon as what is on its way has arrived
 
     JobId id() const { return status.job; }
     bool over() const { return status.state != wire::JobState::queued && status.state != wire::JobState::running; }
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete;
+        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& cancel_asked;
     }
 };
 

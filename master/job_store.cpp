@@ -2,6 +2,7 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -10,11 +11,20 @@ namespace lumenfarm {
 
 namespace {
 
-// docs/operations.md, "The storage folder". Checksums are XXH3-64, that of a record is seeded with the job: SQLite
-// verifies its own structure, not the bytes of a row.
+// docs/operations.md, "The storage folder". Record: checksum seeded with the job. Other tables: over the numbers of the
+// row, in the order of its columns.
 constexpr std::array schema{
     "CREATE TABLE jobs (job INTEGER PRIMARY KEY, record BLOB NOT NULL, checksum INTEGER NOT NULL) STRICT;"
     "CREATE TABLE lives (one INTEGER PRIMARY KEY CHECK (one = 1), begun INTEGER NOT NULL,"
+    " checksum INTEGER NOT NULL) STRICT;",
+
+    "CREATE TABLE results (job INTEGER NOT NULL, number INTEGER NOT NULL, segment INTEGER NOT NULL,"
+    " first_byte INTEGER NOT NULL, bytes INTEGER NOT NULL, bytes_checksum INTEGER NOT NULL,"
+    " checksum INTEGER NOT NULL, PRIMARY KEY (job, number)) STRICT, WITHOUT ROWID;"
+    "CREATE TABLE leases (lease INTEGER PRIMARY KEY, job INTEGER NOT NULL, worker INTEGER NOT NULL,"
+    " light INTEGER NOT NULL, first INTEGER NOT NULL, count INTEGER NOT NULL, checksum INTEGER NOT NULL) STRICT;"
+    "CREATE INDEX leases_of_job ON leases (job);"
+    "CREATE TABLE snapshots (job INTEGER PRIMARY KEY, next_result INTEGER NOT NULL, file BLOB NOT NULL,"
     " checksum INTEGER NOT NULL) STRICT;"};
 
 std::uint64_t checksum(JobId job, std::span<const std::byte> record) {
@@ -22,6 +32,38 @@ std::uint64_t checksum(JobId job, std::span<const std::byte> record) {
 }
 
 std::uint64_t checksum_of_lives(std::uint32_t begun) { return XXH3_64bits(&begun, sizeof begun); }
+
+std::uint64_t checksum(std::span<const std::uint64_t> numbers) {
+    return XXH3_64bits(numbers.data(), numbers.size_bytes());
+}
+
+std::array<std::uint64_t, 6> numbers_of(const StoredResult& result) {
+    return {result.job, result.number, result.segment, result.offset, result.bytes, result.checksum};
+}
+
+std::array<std::uint64_t, 6> numbers_of(const StoredLease& stored) {
+    const auto& [lease, worker, range] = stored.lease;
+    return {lease, stored.job, worker, range.light, range.first, range.count};
+}
+
+std::uint64_t checksum(JobId job, const Snapshot& snapshot) {
+    return checksum(
+        std::array{job, snapshot.next_result, checksum(job, std::as_bytes(std::span(snapshot.file.bytes)))});
+}
+
+/// Numbers, and their checksum behind them.
+Result<void> write_row(Statement& insert, std::span<const std::uint64_t> numbers) {
+    for (const std::uint64_t number : numbers) insert.bind(number);
+    return insert.bind(checksum(numbers)).run();
+}
+
+template <std::size_t n>
+std::optional<std::array<std::uint64_t, n>> read_row(const Statement& row) {
+    std::array<std::uint64_t, n> numbers;
+    for (std::size_t i = 0; i < n; ++i) numbers[i] = row.number(static_cast<int>(i));
+    if (row.number(n) != checksum(numbers)) return std::nullopt;
+    return numbers;
+}
 
 std::vector<std::byte> encode(const JobRecord& record) {
     std::vector<std::byte> bytes;
@@ -45,13 +87,6 @@ Result<JobStore> JobStore::open(const std::filesystem::path& file, const char* v
     auto database = Database::open(file, schema, vfs);
     if (!database) return database.error();
     return JobStore(std::move(*database));
-}
-
-Result<void> JobStore::put(const JobRecord& record) {
-    auto put = database_.prepare("INSERT OR REPLACE INTO jobs VALUES (?, ?, ?)");
-    if (!put) return put.error();
-    const std::vector<std::byte> bytes = encode(record);
-    return put->bind(record.id()).bind(bytes).bind(checksum(record.id(), bytes)).run();
 }
 
 Result<JobStore::Contents> JobStore::load() {
@@ -93,6 +128,128 @@ Result<std::uint32_t> JobStore::begin_life() {
     if (!begin) return begin.error();
     if (const auto begun = begin->bind(life).bind(checksum_of_lives(life)).run(); !begun) return begun.error();
     return life;
+}
+
+Result<void> JobStore::write_record(const JobRecord& record) {
+    auto put = database_.prepare("INSERT OR REPLACE INTO jobs VALUES (?, ?, ?)");
+    if (!put) return put.error();
+    const std::vector<std::byte> bytes = encode(record);
+    return put->bind(record.id()).bind(bytes).bind(checksum(record.id(), bytes)).run();
+}
+
+Result<void> JobStore::put(const JobRecord& record) { return write_record(record); }
+
+/// `sql` has as many parameters as there are keys.
+Result<void> JobStore::remove_rows(const char* sql, std::span<const std::uint64_t> keys) {
+    auto remove = database_.prepare(sql);
+    if (!remove) return remove.error();
+    for (const std::uint64_t key : keys) remove->bind(key);
+    return remove->run();
+}
+
+Result<void> JobStore::finish(const JobRecord& record) {
+    auto all = database_.begin();
+    if (!all) return all.error();
+    if (auto written = write_record(record); !written) return written;
+    for (const char* sql : {"DELETE FROM results WHERE job = ?", "DELETE FROM leases WHERE job = ?",
+                            "DELETE FROM snapshots WHERE job = ?"})
+        if (auto removed = remove_rows(sql, std::array{record.id()}); !removed) return removed;
+    return all->commit();
+}
+
+Result<void> JobStore::commit(std::span<const StoredResult> results, std::span<const StoredLease> given,
+                              std::span<const LeaseId> ended) {
+    auto all = database_.begin();
+    if (!all) return all.error();
+    auto insert = database_.prepare("INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?)");
+    if (!insert) return insert.error();
+    for (const StoredResult& result : results)
+        if (auto written = write_row(*insert, numbers_of(result)); !written) return written;
+    auto lease = database_.prepare("INSERT OR REPLACE INTO leases VALUES (?, ?, ?, ?, ?, ?, ?)");
+    if (!lease) return lease.error();
+    for (const StoredLease& stored : given) {
+        if (std::find(ended.begin(), ended.end(), stored.lease.lease) != ended.end()) continue;
+        if (auto written = write_row(*lease, numbers_of(stored)); !written) return written;
+    }
+    for (const LeaseId id : ended)
+        if (auto removed = remove_rows("DELETE FROM leases WHERE lease = ?", std::array{id}); !removed) return removed;
+    return all->commit();
+}
+
+Result<void> JobStore::checkpoint(JobId job, const Snapshot& snapshot) {
+    auto all = database_.begin();
+    if (!all) return all.error();
+    auto put = database_.prepare("INSERT OR REPLACE INTO snapshots VALUES (?, ?, ?, ?)");
+    if (!put) return put.error();
+    const auto file = std::as_bytes(std::span(snapshot.file.bytes));
+    put->bind(job).bind(snapshot.next_result).bind(file).bind(checksum(job, snapshot));
+    if (auto written = put->run(); !written) return written;
+    if (auto removed =
+            remove_rows("DELETE FROM results WHERE job = ? AND number < ?", std::array{job, snapshot.next_result});
+        !removed)
+        return removed;
+    return all->commit();
+}
+
+Result<JobStore::Unfinished> JobStore::unfinished(JobId job) {
+    Unfinished unfinished;
+    if (const auto read = read_snapshot(job, unfinished); !read) return read.error();
+    if (const auto read = read_results(job, unfinished); !read) return read.error();
+    if (const auto read = read_leases(job, unfinished); !read) return read.error();
+    return unfinished;
+}
+
+Result<void> JobStore::read_snapshot(JobId job, Unfinished& into) {
+    auto rows = database_.prepare("SELECT next_result, file, checksum FROM snapshots WHERE job = ?");
+    if (!rows) return rows.error();
+    const auto row = rows->bind(job).step();
+    if (!row) return row.error();
+    if (!*row) return {};
+    Snapshot snapshot;
+    snapshot.next_result = rows->number(0);
+    const std::vector<std::byte> file = rows->bytes(1);
+    std::transform(file.begin(), file.begin() + std::min<std::ptrdiff_t>(std::ssize(file), 32),
+                   snapshot.file.bytes.begin(), [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+    into.next_result = snapshot.next_result;
+    if (rows->number(2) == checksum(job, snapshot)) {
+        into.snapshot = snapshot;
+    } else {
+        ++into.damaged;
+    }
+    return {};
+}
+
+Result<void> JobStore::read_results(JobId job, Unfinished& into) {
+    auto rows = database_.prepare("SELECT * FROM results WHERE job = ? ORDER BY number");
+    if (!rows) return rows.error();
+    rows->bind(job);
+    while (true) {
+        const auto row = rows->step();
+        if (!row) return row.error();
+        if (!*row) return {};
+        into.next_result = std::max(into.next_result, rows->number(1) + 1);
+        if (const auto n = read_row<6>(*rows)) {
+            into.results.push_back({(*n)[0], (*n)[1], (*n)[2], (*n)[3], (*n)[4], (*n)[5]});
+        } else {
+            ++into.damaged;
+        }
+    }
+}
+
+Result<void> JobStore::read_leases(JobId job, Unfinished& into) {
+    auto rows = database_.prepare("SELECT * FROM leases WHERE job = ? ORDER BY lease");
+    if (!rows) return rows.error();
+    rows->bind(job);
+    while (true) {
+        const auto row = rows->step();
+        if (!row) return row.error();
+        if (!*row) return {};
+        if (const auto n = read_row<6>(*rows)) {
+            into.leases.push_back({(*n)[0], (*n)[2], {static_cast<std::uint32_t>((*n)[3]), (*n)[4], (*n)[5]}});
+        } else {
+            ++into.damaged;
+        }
+    }
 }
 
 }  // namespace lumenfarm

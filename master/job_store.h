@@ -3,36 +3,85 @@
 #include "common/support/result.h"
 #include "master/disk/database.h"
 #include "master/job.h"
+#include "master/ledger.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-/// What outlives the master: the records of its jobs, and how many lives it has had. Not thread-safe.
+/// What outlives the master, but for the bulk: its jobs, who had which leases, and where results lie on the disk. What
+/// a call has written lasts when it returns, and all of it counts or nothing. Every row has a checksum (XXH3-64), since
+/// SQLite verifies its own structure but not the bytes of a row; rows that are damaged are left out. Not thread-safe.
+/// Errors everywhere: no_space, failed.
 namespace lumenfarm {
+
+/// A result of a job that runs: `number` counts up in a job, its bytes lie in a segment (docs/segment_file.md).
+struct StoredResult {
+    JobId job = 0;
+    std::uint64_t number = 0;
+    std::uint64_t segment = 0;
+    std::uint64_t offset = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t checksum = 0;  ///< XXH3-64 of the bytes
+    bool operator==(const StoredResult&) const = default;
+};
+
+struct StoredLease {
+    JobId job = 0;
+    GivenLease lease;
+};
+
+/// The results of a job under `next_result`, added up as a solution in a file.
+struct Snapshot {
+    Digest file;
+    std::uint64_t next_result = 0;
+};
 
 class JobStore {
 public:
-    /// Opens the database or makes it, on `vfs` as Database::open(). Errors: failed (unwritable, damaged, of a newer
-    /// version), no_space.
+    /// Opens the database or makes it, on `vfs` as Database::open(). Errors also: failed (damaged, of a newer version).
     static Result<JobStore> open(const std::filesystem::path& file, const char* vfs = nullptr);
-
-    /// Writes the record for good, in place of an older one of the same job. Errors: failed.
-    Result<void> put(const JobRecord& record);
 
     struct Contents {
         std::vector<JobRecord> records;     ///< by job number
         JobId next_job = 1;                 ///< above every number that was ever given, to damaged records too
         std::vector<std::string> warnings;  ///< records that are damaged, one sentence each
     };
-    /// Errors: failed.
     Result<Contents> load();
-    /// Number of this life: 1, then one more each time. Errors: failed.
+    /// Number of this life: 1, then one more each time.
     Result<std::uint32_t> begin_life();
+
+    /// Writes the record in place of an older one of the same job.
+    Result<void> put(const JobRecord& record);
+    /// The record of a job that is over; nothing else is kept of it.
+    Result<void> finish(const JobRecord& record);
+
+    /// The commit of results (law 6). A lease that is given and has ended is not written.
+    Result<void> commit(std::span<const StoredResult> results, std::span<const StoredLease> given,
+                        std::span<const LeaseId> ended);
+    /// The snapshot takes the place of an older one and of the results in it.
+    Result<void> checkpoint(JobId job, const Snapshot& snapshot);
+
+    /// What is kept of a job that is not over.
+    struct Unfinished {
+        std::optional<Snapshot> snapshot;
+        std::vector<StoredResult> results;  ///< by number, those that are not in the snapshot
+        std::uint64_t next_result = 0;      ///< above every number that was ever given
+        std::vector<GivenLease> leases;
+        std::uint64_t damaged = 0;  ///< rows that were left out
+    };
+    Result<Unfinished> unfinished(JobId job);
 
 private:
     explicit JobStore(Database database) : database_(std::move(database)) {}
+    Result<void> write_record(const JobRecord& record);
+    Result<void> remove_rows(const char* sql, std::span<const std::uint64_t> keys);
+    Result<void> read_snapshot(JobId job, Unfinished& into);
+    Result<void> read_results(JobId job, Unfinished& into);
+    Result<void> read_leases(JobId job, Unfinished& into);
 
     Database database_;
 };

@@ -30,11 +30,57 @@ bool any_overlap(std::span<const Claim> claims) {
 
 }  // namespace
 
-Ledger::Ledger(std::vector<std::uint64_t> particles) : shares_(particles.size()), committed_(particles.size()) {
+Ledger::Ledger(std::vector<std::uint64_t> particles) : Ledger(particles, {}, {}, 0, 0) {}
+
+Ledger::Ledger(std::vector<std::uint64_t> particles, std::vector<IntervalSet> committed,
+               std::span<const GivenLease> leases, double now_s, double deadline_s)
+    : shares_(particles.size()), committed_(std::move(committed)) {
+    committed_.resize(particles.size());
+    arrived_ = committed_;
     for (std::uint32_t light = 0; light < particles.size(); ++light) {
         shares_[light].particles = particles[light];
-        set_available(light, particles[light]);
         particles_in_all_ += particles[light];
+        committed_particles_ += committed_[light].size();
+    }
+    for (const GivenLease& lease : leases) restore(lease, now_s, deadline_s);
+    find_free();
+}
+
+/// The lease owes what of it has not arrived.
+void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
+    const ParticleRange& range = given.range;
+    if (given.lease == 0 || leases_.contains(given.lease) || range.light >= shares_.size()) return;
+    const std::uint64_t particles = shares_[range.light].particles;
+    if (range.first >= particles || range.count > particles - range.first) return;
+    std::vector<Interval> owed = arrived_[range.light].gaps(range.first, range.first + range.count);
+    const auto is_owed_by_another = [&](const Interval& piece) {
+        return std::any_of(leases_.begin(), leases_.end(), [&](const auto& entry) {
+            const Lease& other = entry.second;
+            return other.light == range.light && std::any_of(other.owed.begin(), other.owed.end(), [&](const auto& o) {
+                       return o.begin < piece.end && piece.begin < o.end;
+                   });
+        });
+    };
+    if (owed.empty() || std::any_of(owed.begin(), owed.end(), is_owed_by_another)) {
+        ended_.push_back(given.lease);
+        return;
+    }
+    leases_.emplace(given.lease, Lease{given.worker, range.light, now_s, deadline_s, 0, std::move(owed)});
+}
+
+/// What is neither leased nor has arrived.
+void Ledger::find_free() {
+    std::vector<IntervalSet> bound = arrived_;
+    for (const auto& [id, lease] : leases_)
+        for (const Interval& piece : lease.owed)
+            ensure(bound[lease.light].insert(piece.begin, piece.end), "a particle is leased once");
+    for (std::uint32_t light = 0; light < shares_.size(); ++light) {
+        LightShare& share = shares_[light];
+        const auto taken = bound[light].intervals();
+        share.next = taken.empty() ? 0 : taken.back().end;
+        share.returned = bound[light].gaps(0, share.next);
+        std::reverse(share.returned.begin(), share.returned.end());  // given out from the back
+        set_available(light, share.particles - bound[light].size());
     }
 }
 
@@ -98,6 +144,7 @@ ClaimVerdict Ledger::check_one(WorkerId worker, const Claim& claim) const {
     if (range.first >= particles || range.count > particles - range.first) return ClaimVerdict::invalid;
     const Interval part = interval_of(range);
     if (committed_[range.light].overlaps(part.begin, part.end)) return ClaimVerdict::already_committed;
+    if (arrived_[range.light].overlaps(part.begin, part.end)) return ClaimVerdict::being_stored;
     const auto found = leases_.find(claim.lease);
     if (found == leases_.end() || found->second.worker != worker) return ClaimVerdict::stale;
     if (found->second.light != range.light) return ClaimVerdict::invalid;
@@ -115,16 +162,24 @@ ClaimVerdict Ledger::check(WorkerId worker, std::span<const Claim> claims) const
     return any_overlap(claims) ? ClaimVerdict::invalid : ClaimVerdict::current;
 }
 
-void Ledger::commit(std::span<const Claim> claims) {
+void Ledger::store(std::span<const Claim> claims) {
     for (const Claim& claim : claims) {
         const Interval done = interval_of(claim.range);
-        ensure(committed_[claim.range.light].insert(done.begin, done.end), "a particle is committed once");
-        committed_particles_ += claim.range.count;
+        ensure(arrived_[claim.range.light].insert(done.begin, done.end), "a particle is stored once");
         const auto found = leases_.find(claim.lease);
-        ensure(found != leases_.end(), "a committed claim has a lease");
+        ensure(found != leases_.end(), "a claim that is stored has a lease");
         const LeaseId twin = found->second.twin;
         cut(claim.lease, done);
         if (twin != 0) cut(twin, done);
+    }
+}
+
+void Ledger::commit(std::span<const Claim> claims) {
+    for (const Claim& claim : claims) {
+        const Interval done = interval_of(claim.range);
+        ensure(arrived_[claim.range.light].covers(done.begin, done.end), "what is committed was stored");
+        ensure(committed_[claim.range.light].insert(done.begin, done.end), "a particle is committed once");
+        committed_particles_ += claim.range.count;
     }
 }
 
@@ -147,6 +202,7 @@ void Ledger::cut(LeaseId id, const Interval& done) {
 
 void Ledger::end(std::map<LeaseId, Lease>::iterator lease) {
     if (const auto twin = leases_.find(lease->second.twin); twin != leases_.end()) twin->second.twin = 0;
+    ended_.push_back(lease->first);
     leases_.erase(lease);
 }
 

@@ -11,11 +11,15 @@
 #include <utility>
 #include <vector>
 
-/// Who traces which particles of one job, and which are done (law 4). Knows no clock: times are seconds of the
-/// caller's.
+/// Who traces which particles of one job, and which are done (law 4). A particle is free, leased, stored (its result
+/// has arrived and is on its way to the disk) or committed. Knows no clock: times are seconds of the caller's.
 namespace lumenfarm {
 
+/// The master's epoch when it was given, and below it a number that counts up in that epoch.
 using LeaseId = std::uint64_t;
+constexpr LeaseId lease_id(std::uint32_t epoch, std::uint32_t number) { return LeaseId{epoch} << 32 | number; }
+constexpr std::uint32_t epoch_of(LeaseId lease) { return static_cast<std::uint32_t>(lease >> 32); }
+
 using WorkerId = std::uint64_t;
 
 /// What a result says it covers: a part of a lease, or all of it.
@@ -27,14 +31,26 @@ struct Claim {
 enum class ClaimVerdict {
     current,            ///< may be committed
     stale,              ///< the lease ended, or is another worker's
+    being_stored,       ///< they are on their way to the disk, from this worker or another
     already_committed,  ///< another worker was first
     invalid,            ///< outside the light, the lease, or twice in one result
+};
+
+/// A lease as it was given. What of it was committed since is not part of this.
+struct GivenLease {
+    LeaseId lease = 0;
+    WorkerId worker = 0;
+    ParticleRange range;
 };
 
 class Ledger {
 public:
     /// `particles[l]` is what light l has to emit in all.
     explicit Ledger(std::vector<std::uint64_t> particles);
+    /// Goes on where an earlier one ended: with what was committed and who had which leases. A lease that reaches
+    /// outside its light, or that another one has already, is left out.
+    Ledger(std::vector<std::uint64_t> particles, std::vector<IntervalSet> committed, std::span<const GivenLease> leases,
+           double now_s, double deadline_s);
 
     /// Leases up to `count` consecutive particles of the light of which the smallest fraction has been given out, so
     /// that an interrupted job is fair to its lights. Empty when nothing is left to give. REQUIRES: count > 0, a new
@@ -46,9 +62,12 @@ public:
     std::optional<ParticleRange> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
                                             double deadline_s);
 
-    /// Says whether all the claims together may be committed. Changes nothing.
+    /// Says whether all the claims together may be stored. Changes nothing.
     ClaimVerdict check(WorkerId worker, std::span<const Claim> claims) const;
-    /// Moves the particles to the committed ones and ends leases that owe nothing more. REQUIRES: check() is current.
+    /// Takes the particles from their leases, of which those end that owe nothing more, to be stored. They are never
+    /// given out again. REQUIRES: check() is current.
+    void store(std::span<const Claim> claims);
+    /// The particles last. REQUIRES: the claims are being stored.
     void commit(std::span<const Claim> claims);
 
     /// Takes a lease back; what it owes is given out again unless its twin still has it. Unknown ids are ignored.
@@ -59,6 +78,9 @@ public:
     void shorten(WorkerId worker, double deadline_s);
     /// Releases every lease whose deadline has passed and says how many they were.
     std::uint64_t expire(double now_s);
+
+    /// Ids of the leases that ended since the last call.
+    std::vector<LeaseId> take_ended() { return std::exchange(ended_, {}); }
 
     bool holds(LeaseId id) const { return leases_.contains(id); }
     bool held_by(WorkerId worker, LeaseId id) const;
@@ -87,6 +109,8 @@ private:
         std::uint64_t available = 0;
     };
 
+    void restore(const GivenLease& lease, double now_s, double deadline_s);
+    void find_free();
     IntervalSet::Interval take(LightShare& share, std::uint64_t count);
     void set_available(std::uint32_t light, std::uint64_t available);
     void end(std::map<LeaseId, Lease>::iterator lease);
@@ -96,7 +120,9 @@ private:
     std::vector<LightShare> shares_;
     std::set<std::pair<double, std::uint32_t>> by_fraction_;  ///< lights with something to give
     std::map<LeaseId, Lease> leases_;
+    std::vector<IntervalSet> arrived_;  ///< being stored, or committed
     std::vector<IntervalSet> committed_;
+    std::vector<LeaseId> ended_;
     std::uint64_t unleased_ = 0;
     std::uint64_t particles_in_all_ = 0;
     std::uint64_t committed_particles_ = 0;

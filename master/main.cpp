@@ -36,6 +36,11 @@ void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
         ->envname("LUMENFARM_FLUSH_SECONDS")
         ->check(CLI::Range(0.05, 600.0))
         ->capture_default_str();
+    app.add_option("--checkpoint-seconds", options.checkpoint_seconds,
+                   "between two snapshots of a job, from which a restart goes on [s]")
+        ->envname("LUMENFARM_CHECKPOINT_SECONDS")
+        ->check(CLI::Range(0.1, 86'400.0))
+        ->capture_default_str();
 }
 
 /// To be called before any thread starts: they all inherit the mask, and wait_for_signal() takes what comes.
@@ -69,9 +74,14 @@ int main(int argc, char** argv) {
         return lumenfarm::exit_code(master.error());
     }
     spdlog::info("listening on {}, storage '{}'", (*master)->address(), options.storage.string());
-    int signal = 0;
-    sigwait(&signals, &signal);
-    spdlog::info("{}: the master ends; unfinished jobs are queued again when it starts", strsignal(signal));
+    int signal = -1;
+    constexpr timespec look_interval{0, 200'000'000};
+    while (signal < 0 && !(*master)->failure()) signal = sigtimedwait(&signals, nullptr, &look_interval);
+    if (const auto failure = (*master)->failure()) {
+        (*master)->stop();
+        return lumenfarm::exit_code(*failure);
+    }
+    spdlog::info("{}: the master ends; unfinished jobs go on when it starts again", strsignal(signal));
     (*master)->stop();
     return 0;
 }

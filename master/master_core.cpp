@@ -11,6 +11,7 @@ Effects MasterCore::settle_and_take(double now_s) {
         give_work(now_s);
         prepare_next();
     }
+    collect_ended_leases();
     return std::exchange(effects_, {});
 }
 
@@ -55,8 +56,10 @@ Effects MasterCore::tick(double now_s) {
         job.record.status.leases_expired += expired;
         count(Discard::lease_expired, expired);
         sample_rate(job, now_s);
+        store_snapshot(job, now_s);
         end_if_finished(job, now_s);
     }
+    try_again(now_s);
     give_twins(now_s);
     return settle_and_take(now_s);
 }

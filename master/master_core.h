@@ -11,7 +11,9 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// The master without sockets, clocks, threads and disks (law 7): events go in, effects come out. Times are seconds of
@@ -21,10 +23,11 @@ namespace lumenfarm {
 
 struct MasterPolicy {
     std::uint64_t fingerprint = 0;  ///< transport fingerprint that workers must have
-    std::uint32_t epoch = 1;        ///< of this life of the master: results of leases of another life are stale
+    std::uint32_t epoch = 1;        ///< of this life of the master; larger than those of earlier ones
     JobId first_job = 1;            ///< jobs get this number and the following ones
     double set_target_seconds = 2;
-    double flush_seconds = 2;  ///< maps: between two results of a tracing thread
+    double flush_seconds = 2;        ///< maps: between two results of a tracing thread
+    double checkpoint_seconds = 10;  ///< between two snapshots of a job
 };
 
 /// Why something was thrown away or somebody sent off. Counted.
@@ -50,21 +53,27 @@ class MasterCore {
 public:
     explicit MasterCore(const MasterPolicy& policy) : policy_(policy), next_job_(policy.first_job) {}
 
-    /// A job of an earlier life. Unfinished ones are queued from the start. REQUIRES: called before any other event.
-    Effects restore(JobRecord record);
+    /// A job of an earlier life. One that was running goes on first. REQUIRES: called before any other event.
+    void restore(JobRecord record);
 
     Effects on_connect(SessionId session, const std::string& address, double now_s);
     Effects on_message(SessionId session, wire::Message message, std::uint64_t request_id, double now_s);
     Effects on_disconnect(SessionId session, double now_s);
     /// REQUIRES: called at least once a second.
     Effects tick(double now_s);
-    /// No more leases; sessions get a Goodbye. Unfinished jobs are queued again by the next life.
+    /// No more leases; sessions get a Goodbye. The next life goes on with unfinished jobs.
     Effects stop(double now_s);
 
     /// `missing`: chunks that have to be uploaded first; empty when the record was stored. An error refuses the job.
     Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
-    Effects on_prepared(JobId job, Result<std::shared_ptr<const PreparedJob>> prepared, double now_s);
-    Effects on_solution_stored(JobId job, const Result<StoredSolution>& stored, double now_s);
+    Effects on_prepared(JobId job, Result<RecoveredJob> recovered, double now_s);
+    // Errors of the following: no_space (the same is asked for again, later). The master does not outlive others.
+    /// `stored`: the keep threshold of each job that has results among the tickets.
+    Effects on_results_stored(std::span<const std::uint64_t> tickets,
+                              const Result<std::map<JobId, std::uint64_t>>& stored, double now_s);
+    Effects on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s);
+    /// `stored`: the record with the solution.
+    Effects on_solution_stored(const StoreSolution& store, const Result<JobRecord>& stored, double now_s);
 
     /// Ends a job and keeps what is done: outstanding results are waited for, at most limits::finish_seconds.
     Effects cancel(JobId job, double now_s);
@@ -77,14 +86,33 @@ public:
 
 private:
     enum class Phase : std::uint8_t { queued, preparing, running, ending, storing, over };
+    struct Asker {
+        SessionId session = 0;
+        std::uint64_t request_id = 0;
+    };
     struct Job {
         JobRecord record;
         Phase phase = Phase::queued;
         std::unique_ptr<ActiveJob> active;
-        std::optional<double> started_s;  ///< of the first lease
-        std::set<WorkerId> contributors;  ///< workers whose results were merged
-        double end_by_s = 0;              ///< ending: outstanding results are waited for until then
+        std::optional<double> started_s;          ///< of the first lease
+        std::set<WorkerId> contributors;          ///< workers whose results were committed
+        double end_by_s = 0;                      ///< ending: outstanding results are waited for until then
+        bool resumes = false;                     ///< it was running when an earlier life ended
+        std::size_t results_on_their_way = 0;     ///< to the disk
+        std::size_t records_on_their_way = 0;     ///< to the disk
+        std::vector<Asker> cancel_askers;         ///< to be answered when the record lasts
+        std::optional<Effect> waiting_for_space;  ///< StoreRecord or StoreSolution
+        double snapshot_s = 0;                    ///< when the last one was asked for
         std::vector<std::pair<double, std::uint64_t>> committed_at;  ///< for the rate
+    };
+
+    /// A result on its way to the disk.
+    struct Storing {
+        JobId job = 0;
+        WorkerId worker = 0;
+        std::shared_ptr<const StagedResult> result;
+        bool waiting_for_space = false;
+        std::vector<std::pair<WorkerId, wire::ResultDone>> repeated;  ///< came with some of its particles meanwhile
     };
 
     // sessions (master_sessions.cpp)
@@ -101,8 +129,9 @@ private:
     void on(Session& session, const wire::ReturnLeases& returned, double now_s);
     template <class Part>
     void on_part(Session& session, Part part);
-    void on(Session& session, const wire::ResultDone& done, double now_s);
-    void answer(Session& session, const wire::ResultDone& done, const Outcome& outcome, double now_s);
+    void on(Session& session, wire::ResultDone& done, double now_s);
+    void answer(WorkerId worker, JobId job, std::uint64_t result, const Outcome& outcome, double now_s);
+    void tell(Session& session, Worker& worker, Job& job);
     void drop_open(Worker& worker);
     void give_work(double now_s);
     bool give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
@@ -114,14 +143,27 @@ private:
                     double now_s);
     std::uint64_t threads() const;
 
+    // what is on its way to the disk (master_storing.cpp)
+    void store(Session& session, Job& job, StagedResult result);
+    void wait_for(WorkerId worker, const wire::ResultDone& done);
+    void commit(std::uint64_t ticket, double now_s);
+    void store_record(Job& job);
+    void await_space(const Error& error, double now_s);
+    void try_again(double now_s);
+    void store_snapshot(Job& job, double now_s);
+    void collect_ended_leases();
+
     // jobs (master_jobs.cpp)
     void prepare_next();
+    Job* next_to_prepare();
+    void resume_workers(Job& job, double now_s);
     std::vector<Job*> running_in_order();
     static bool before(const Job& a, const Job& b);
     void end_if_finished(Job& job, double now_s);
     void end_with_failure(Job& job, std::string sentence);
     void tell_gone(Job& job);
     void sample_rate(Job& job, double now_s) const;
+    JobEffort effort_of(const Job& job, double now_s) const;
     wire::JobStatus status_of(const Job& job, double now_s) const;
     Job* find(JobId job);
 
@@ -133,6 +175,7 @@ private:
     void on(SessionId session, std::uint64_t request_id, const wire::FetchRequest& request, double now_s);
     void refuse(SessionId session, std::uint64_t request_id, wire::RefusalReason reason, std::string sentence);
     void cancel_job(Job& job, double now_s);
+    void answer_cancel(Job& job);
     void admit_next();
     JobRecord* find_key(std::uint64_t key);
 
@@ -145,7 +188,11 @@ private:
     std::map<SessionId, Session> sessions_;
     std::map<JobId, Job> jobs_;
     JobId next_job_;
-    std::uint64_t leases_given_ = 0;
+    std::uint32_t leases_given_ = 0;
+    std::map<std::uint64_t, Storing> storing_;  ///< by ticket
+    std::uint64_t tickets_given_ = 0;
+    std::optional<std::string> no_space_;  ///< the disk's sentence while it is full
+    double retry_s_ = 0;                   ///< no_space_: when to try again
     std::size_t staged_bytes_ = 0;
     bool stopping_ = false;
     std::deque<Admit> admissions_;  ///< the first is being carried out

@@ -12,17 +12,17 @@ constexpr double rate_window_s = 10;  ///< over which a job's rate is measured
 
 }  // namespace
 
-Effects MasterCore::restore(JobRecord record) {
+void MasterCore::restore(JobRecord record) {
     next_job_ = std::max(next_job_, record.id() + 1);
     Job job;
     job.record = std::move(record);
     if (job.record.over()) {
         job.phase = Phase::over;
     } else {
+        job.resumes = job.record.status.state == wire::JobState::running;
         job.record.status.state = wire::JobState::queued;
     }
     jobs_.insert_or_assign(job.record.id(), std::move(job));
-    return std::exchange(effects_, {});
 }
 
 MasterCore::Job* MasterCore::find(JobId job) {
@@ -49,71 +49,94 @@ std::vector<MasterCore::Job*> MasterCore::running_in_order() {
     return running;
 }
 
-/// One job at a time: the next begins when those before it have nothing left to lease.
-void MasterCore::prepare_next() {
+/// One job at a time: the next begins when those before it have nothing left to lease. Jobs that were running when an
+/// earlier life ended come first, since workers hold results of them.
+MasterCore::Job* MasterCore::next_to_prepare() {
     Job* next = nullptr;
+    for (auto& [id, job] : jobs_) {
+        if (job.phase != Phase::queued) continue;
+        if (!next || job.resumes > next->resumes || (job.resumes == next->resumes && before(job, *next))) next = &job;
+    }
+    if (!next || next->resumes) return next;
+    for (const auto& [id, job] : jobs_)
+        if (job.phase == Phase::running && before(job, *next) && job.active->ledger().unleased() > 0) return nullptr;
+    return next;
+}
+
+void MasterCore::prepare_next() {
     std::size_t active = 0;
     for (auto& [id, job] : jobs_) {
         if (job.phase == Phase::preparing) return;
         active += job.active != nullptr;
-        if (job.phase == Phase::queued && (!next || before(job, *next))) next = &job;
     }
+    Job* next = next_to_prepare();
     if (!next || active >= limits::active_jobs_max) return;
-    for (const auto& [id, job] : jobs_)
-        if (job.phase == Phase::running && before(job, *next) && job.active->ledger().unleased() > 0) return;
     next->phase = Phase::preparing;
-    effects_.push_back(Prepare{next->record.id(), next->record.spec, next->record.status.scene});
+    effects_.push_back(Prepare{next->record});
 }
 
-Effects MasterCore::on_prepared(JobId id, Result<std::shared_ptr<const PreparedJob>> prepared, double now_s) {
+Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double now_s) {
     Job* job = find(id);
-    if (job && job->phase == Phase::preparing) {
-        if (!prepared) {
-            end_with_failure(*job, prepared.error().sentence);
-        } else {
-            job->active = std::make_unique<ActiveJob>(job->record.spec, std::move(*prepared));
-            job->phase = Phase::running;
-            job->record.status.state = wire::JobState::running;
-            job->record.status.packing = job->active->packing();
-        }
+    if (!job || job->phase != Phase::preparing) return settle_and_take(now_s);
+    JobRecord& record = job->record;
+    if (!recovered) {
+        end_with_failure(*job, recovered.error().sentence);
+        return settle_and_take(now_s);
     }
+    job->active =
+        std::make_unique<ActiveJob>(record.spec, std::move(*recovered), now_s, now_s + limits::restart_seconds);
+    job->phase = record.cancel_asked ? Phase::ending : Phase::running;
+    job->end_by_s = now_s + limits::finish_seconds;
+    job->snapshot_s = now_s;
+    record.status.state = wire::JobState::running;
+    record.status.packing = job->active->packing();
+    if (!job->resumes) store_record(*job);
+    resume_workers(*job, now_s);
+    end_if_finished(*job, now_s);
     return settle_and_take(now_s);
+}
+
+/// Workers that came back while the job was being prepared go on with what they hold of it.
+void MasterCore::resume_workers(Job& job, double now_s) {
+    Ledger& ledger = job.active->ledger();
+    for (auto& [id, session] : sessions_) {
+        Worker* worker = session.worker();
+        if (!worker || !worker->leases_stated) continue;
+        for (const LeaseId lease : ledger.leases_of(session.instance()))
+            if (!worker->held.contains(lease)) ledger.release(lease);
+        ledger.extend(session.instance(), now_s + limits::lease_seconds);
+        if (worker->awaited.erase(job.record.id()) > 0) tell(session, *worker, job);
+    }
 }
 
 void MasterCore::end_if_finished(Job& job, double now_s) {
     if (job.phase != Phase::running && job.phase != Phase::ending) return;
+    if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
     const bool waited = job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s);
     if (!ledger.complete() && !waited) return;
     JobRecord& record = job.record;
     record.complete = ledger.complete();
     record.status = status_of(job, now_s);
+    record.status.sentence.clear();
     record.status.leased = 0;
     record.status.workers = 0;
     record.status.eta_seconds.reset();
     job.phase = Phase::storing;
-    const double total_s = record.status.elapsed_seconds;
-    auto solution =
-        job.active->take_solution(record.status.scene, static_cast<std::uint32_t>(job.contributors.size()), total_s);
-    effects_.push_back(StoreSolution{record.id(), std::move(solution)});
+    effects_.push_back(StoreSolution{record, effort_of(job, now_s)});
     job.active.reset();
     tell_gone(job);
 }
 
-Effects MasterCore::on_solution_stored(JobId id, const Result<StoredSolution>& stored, double now_s) {
-    Job* job = find(id);
-    if (job && job->phase == Phase::storing) {
-        JobRecord& record = job->record;
-        if (!stored) {
-            end_with_failure(*job, stored.error().sentence);
-        } else {
-            job->phase = Phase::over;
-            record.status.state = record.complete ? wire::JobState::done : wire::JobState::cancelled;
-            record.status.digest = stored->digest;
-            record.solution_file = stored->file;
-            record.has_solution = true;
-            effects_.push_back(StoreRecord{record});
-        }
+Effects MasterCore::on_solution_stored(const StoreSolution& store, const Result<JobRecord>& stored, double now_s) {
+    Job* job = find(store.record.id());
+    if (!job || job->phase != Phase::storing) return settle_and_take(now_s);
+    if (stored) {
+        job->phase = Phase::over;
+        job->record = *stored;
+    } else {
+        job->waiting_for_space = store;
+        await_space(stored.error(), now_s);
     }
     return settle_and_take(now_s);
 }
@@ -122,7 +145,8 @@ void MasterCore::end_with_failure(Job& job, std::string sentence) {
     job.phase = Phase::over;
     job.record.status.state = wire::JobState::failed;
     job.record.status.sentence = std::move(sentence);
-    effects_.push_back(StoreRecord{job.record});
+    store_record(job);
+    tell_gone(job);
 }
 
 void MasterCore::tell_gone(Job& job) {
@@ -130,7 +154,8 @@ void MasterCore::tell_gone(Job& job) {
         Worker* worker = session.worker();
         if (!worker) continue;
         worker->declined.erase(job.record.id());
-        if (worker->told.erase(job.record.id()) > 0) send(id, wire::JobGone(job.record.id()));
+        const std::size_t knew = worker->told.erase(job.record.id()) + worker->awaited.erase(job.record.id());
+        if (knew > 0) send(id, wire::JobGone(job.record.id()));
     }
 }
 
@@ -143,11 +168,14 @@ void MasterCore::cancel_job(Job& job, double now_s) {
     if (job.phase == Phase::queued || job.phase == Phase::preparing) {
         job.phase = Phase::over;
         job.record.status.state = wire::JobState::cancelled;
-        effects_.push_back(StoreRecord{job.record});
+        store_record(job);
+        tell_gone(job);
         return;
     }
     if (job.phase != Phase::running) return;
     job.phase = Phase::ending;
+    job.record.cancel_asked = true;
+    store_record(job);
     job.end_by_s = now_s + limits::finish_seconds;
     for (auto& [id, session] : sessions_) {
         const Worker* worker = session.worker();
@@ -164,8 +192,16 @@ void MasterCore::sample_rate(Job& job, double now_s) const {
     samples.erase(samples.begin(), recent);
 }
 
+JobEffort MasterCore::effort_of(const Job& job, double now_s) const {
+    JobEffort effort = job.active->earlier_effort();
+    if (job.started_s) effort.elapsed_s += now_s - *job.started_s;
+    effort.workers = std::max(effort.workers, static_cast<std::uint32_t>(job.contributors.size()));
+    return effort;
+}
+
 wire::JobStatus MasterCore::status_of(const Job& job, double now_s) const {
     wire::JobStatus status = job.record.status;
+    if (no_space_ && (job.active || job.phase == Phase::storing)) status.sentence = *no_space_;
     if (!job.active) return status;
     const Ledger& ledger = job.active->ledger();
     status.committed = ledger.committed_particles();
@@ -173,7 +209,7 @@ wire::JobStatus MasterCore::status_of(const Job& job, double now_s) const {
     status.hits = job.active->balance().hits;
     status.workers = static_cast<std::uint32_t>(ledger.workers());
     status.trace_seconds = job.active->trace_s();
-    status.elapsed_seconds = job.started_s ? now_s - *job.started_s : 0;
+    status.elapsed_seconds = effort_of(job, now_s).elapsed_s;
     const auto [since_s, before] =
         job.committed_at.empty() ? std::pair(now_s, status.committed) : job.committed_at.front();
     if (now_s > since_s)

@@ -46,9 +46,16 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit su
 }
 
 void MasterCore::admit_next() {
-    if (admissions_.empty()) return;
-    admissions_.front().record.status.job = next_job_;
-    effects_.push_back(admissions_.front());
+    for (; !admissions_.empty(); admissions_.pop_front()) {
+        Admit& next = admissions_.front();
+        // the same may have been asked for again while it was on its way
+        if (const JobRecord* known = find_key(next.record.key)) {
+            send(next.session, wire::SubmitReply(known->id(), {}), next.request_id);
+            continue;
+        }
+        next.record.status.job = next_job_;
+        return effects_.push_back(next);
+    }
 }
 
 Effects MasterCore::on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s) {
@@ -95,9 +102,18 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Can
         return refuse(session, request_id, RefusalReason::no_such_job,
                       "there is no job " + std::to_string(request.job));
     cancel_job(*job, now_s);
-    const bool over = job->phase == Phase::over;
-    send(session, wire::CancelReply(request.job, over ? job->record.status.state : wire::JobState::cancelled),
-         request_id);
+    job->cancel_askers.push_back({session, request_id});
+    answer_cancel(*job);
+}
+
+/// Once it lasts that the job ends.
+void MasterCore::answer_cancel(Job& job) {
+    if (job.records_on_their_way > 0) return;
+    const bool over = job.phase == Phase::over;
+    for (const Asker& asker : std::exchange(job.cancel_askers, {}))
+        send(asker.session,
+             wire::CancelReply(job.record.id(), over ? job.record.status.state : wire::JobState::cancelled),
+             asker.request_id);
 }
 
 void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::FetchRequest& request, double) {

@@ -1,5 +1,6 @@
 #include "master/master_server.h"
 
+#include "common/support/file.h"
 #include "common/transport/fingerprint.h"
 #include "master/disk/posix_disk.h"
 #include "master/server_session.h"
@@ -36,33 +37,29 @@ auto MasterServer::Running::ask(Task task) -> std::optional<decltype(task())> {
 
 Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& options) {
     if (options.storage.empty()) return bad_input("a master needs a storage folder: --storage DIR");
-    auto disk = std::make_unique<PosixDisk>();
-    if (const auto made = disk->make_folder(options.storage); !made) return made.error();
+    if (const auto made = make_folder(options.storage); !made) return made.error();
     auto lock = StorageLock::take(options.storage);
     if (!lock) return lock.error();
-    auto files = std::make_unique<FileStore>(*disk, options.storage / "files");
-    if (const auto opened = files->open(); !opened) return opened.error();
-    auto jobs = JobStore::open(options.storage / "jobs.sqlite");
-    if (!jobs) return jobs.error();
-    auto contents = jobs->load();
-    if (!contents) return contents.error();
-    for (const std::string& warning : contents->warnings) spdlog::warn("{}", warning);
-    const auto life = jobs->begin_life();
-    if (!life) return life.error();
+    std::unique_ptr<Disk> disk = std::make_unique<PosixDisk>();
+    auto storage = Storage::open(*disk, options.storage);
+    if (!storage) return storage.error();
+    auto begun = (*storage)->start();
+    if (!begun) return begun.error();
+    for (const std::string& warning : begun->warnings) spdlog::warn("{}", warning);
     const auto fingerprint = transport_fingerprint(options.isa);
     if (!fingerprint) return fingerprint.error();
 
     MasterPolicy policy;
     policy.fingerprint = *fingerprint;
-    policy.epoch = *life;
-    policy.first_job = contents->next_job;
+    policy.epoch = begun->life;
+    policy.first_job = begun->next_job;
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
-    auto running =
-        std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(files), std::move(*jobs));
+    policy.checkpoint_seconds = options.checkpoint_seconds;
+    auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(*storage));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();
-    running->run(std::move(contents->records));
+    running->run(std::move(begun->records));
     return std::unique_ptr<MasterServer>(new MasterServer(std::move(running)));
 }
 
@@ -72,6 +69,7 @@ MasterServer::~MasterServer() = default;
 std::uint16_t MasterServer::port() const { return running_->port(); }
 const std::string& MasterServer::address() const { return running_->address(); }
 void MasterServer::stop() { running_->stop(); }
+std::optional<Error> MasterServer::failure() const { return running_->failure(); }
 
 Result<JobId> MasterServer::submit(const JobSpec& spec, std::span<const std::byte> scene_bytes) {
     return running_->submit(spec, scene_bytes);
@@ -79,6 +77,7 @@ Result<JobId> MasterServer::submit(const JobSpec& spec, std::span<const std::byt
 
 Result<wire::JobStatus> MasterServer::status(JobId job) const {
     const auto status = running_->ask([&] { return running_->core().status(job, running_->now_s()); });
+    if (const auto failure = running_->failure()) return *failure;
     if (!status) return stopped();
     if (!*status) return bad_input("there is no job " + std::to_string(job));
     return **status;

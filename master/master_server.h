@@ -28,6 +28,7 @@ struct MasterOptions {
     bool allow_plaintext = false;  ///< REQUIRED for an address beyond loopback: anybody who reaches it may use the farm
     double set_target_seconds = 2;
     double flush_seconds = 2;
+    double checkpoint_seconds = 10;
     std::string isa;  ///< of the trace that gives the fingerprint; empty: the best of this machine
 };
 
@@ -62,7 +63,9 @@ public:
     /// Errors: bad_input (no such job), failed (not over, or it ended without a result: says why).
     Result<JobFiles> files(JobId job) const;
 
-    /// No more leases, a Goodbye to everyone, everything written. Unfinished jobs are queued again by the next life.
+    /// Why the master can't go on, once that is so: its disk failed. It is to be stopped; the next life recovers.
+    std::optional<Error> failure() const;
+    /// No more leases, a Goodbye to everyone, everything written. The next life goes on with unfinished jobs.
     void stop();
 
 private:

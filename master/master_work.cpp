@@ -14,18 +14,33 @@ void MasterCore::on(Session& session, const wire::Pull& pull, double now_s) {
     worker.wanted = worker.draining ? 0 : std::min(pull.sets, limits::leases_per_worker_max);
 }
 
+/// What a worker still holds when it comes. The master takes its other leases back; results of jobs that it names are
+/// sent after a JobInfo.
 void MasterCore::on(Session& session, const wire::Progress& progress, double now_s) {
     Worker& worker = *session.worker();
     if (worker.leases_stated) return;
     worker.leases_stated = true;
-    std::set<LeaseId> held;
-    for (const wire::LeaseProgress& lease : progress.leases) held.insert(lease.lease);
+    std::set<JobId> named;
+    for (const wire::LeaseProgress& lease : progress.leases) {
+        worker.held.insert(lease.lease);
+        named.insert(lease.job);
+    }
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
         Ledger& ledger = job.active->ledger();
         for (const LeaseId lease : ledger.leases_of(session.instance()))
-            if (!held.contains(lease)) ledger.release(lease);
+            if (!worker.held.contains(lease)) ledger.release(lease);
         end_if_finished(job, now_s);
+    }
+    for (const JobId id : named) {
+        Job* job = find(id);
+        if (!job || job->phase == Phase::over || job->phase == Phase::storing) {
+            send(session.id, wire::JobGone(id));
+        } else if (job->active) {
+            tell(session, worker, *job);
+        } else {
+            worker.awaited.insert(id);
+        }
     }
     extend_leases(session, now_s);
 }
@@ -33,6 +48,7 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
 void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double now_s) {
     Worker& worker = *session.worker();
     if (returned.reason == wire::ReturnReason::ending) worker.wanted = 0;
+    for (const wire::LeaseRef& lease : returned.leases) worker.held.erase(lease.lease);
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
         Ledger& ledger = job.active->ledger();
@@ -79,34 +95,38 @@ void MasterCore::drop_open(Worker& worker) {
     worker.open.reset();
 }
 
-void MasterCore::on(Session& session, const wire::ResultDone& done, double now_s) {
+void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
     Worker& worker = *session.worker();
     StagedResult result(done.job, done.result);
     if (worker.open && worker.open->job() == done.job && worker.open->number() == done.result)
         result = std::move(*worker.open);
     drop_open(worker);
     Job* job = find(done.job);
-    if (!job || !job->active) return answer(session, done, {wire::Verdict::job_gone, "the job is over"}, now_s);
-    const auto of_this_life = [&](const wire::Claim& claim) { return claim.epoch == policy_.epoch; };
-    if (!std::all_of(done.claims.begin(), done.claims.end(), of_this_life))
-        return answer(session, done, {wire::Verdict::stale, "the lease is of an earlier life of the master"}, now_s);
-    const Outcome outcome = job->active->commit(session.instance(), result, done);
-    JobRecord& record = job->record;
-    if (outcome.verdict == wire::Verdict::accepted) {
+    if (!job || !job->active)
+        return answer(session.instance(), done.job, done.result, {wire::Verdict::job_gone, "the job is over"}, now_s);
+    const auto outcome = job->active->take(session.instance(), result, done);
+    if (!outcome) return wait_for(session.instance(), done);
+    if (outcome->verdict == wire::Verdict::accepted) {
         if (worker.pace_job != done.job) worker.pace = {};
         worker.pace_job = done.job;
         worker.pace.learn(done.balance.particles, done.trace_seconds);
         worker.particles += done.balance.particles;
-        job->contributors.insert(session.instance());
+        return store(session, *job, std::move(result));
     }
-    record.status.results_stale += outcome.verdict == wire::Verdict::stale;
-    record.status.results_invalid += outcome.verdict == wire::Verdict::invalid;
-    answer(session, done, outcome, now_s);
+    JobRecord& record = job->record;
+    record.status.results_stale += outcome->verdict == wire::Verdict::stale;
+    record.status.results_invalid += outcome->verdict == wire::Verdict::invalid;
+    answer(session.instance(), done.job, done.result, *outcome, now_s);
     end_if_finished(*job, now_s);
 }
 
-void MasterCore::answer(Session& session, const wire::ResultDone& done, const Outcome& outcome, double now_s) {
-    send(session.id, wire::ResultAck(done.job, done.result, outcome.verdict, outcome.sentence));
+/// Says what became of a result, over whatever connection the worker has now; one that is away offers it again.
+void MasterCore::answer(WorkerId worker, JobId job, std::uint64_t result, const Outcome& outcome, double now_s) {
+    const auto found = std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+        return entry.second.worker() && entry.second.instance() == worker;
+    });
+    Session* session = found == sessions_.end() ? nullptr : &found->second;
+    if (session) send(session->id, wire::ResultAck(job, result, outcome.verdict, outcome.sentence));
     switch (outcome.verdict) {
         case wire::Verdict::accepted: return;
         case wire::Verdict::already_merged: return count(Discard::result_repeated);
@@ -115,8 +135,8 @@ void MasterCore::answer(Session& session, const wire::ResultDone& done, const Ou
         case wire::Verdict::invalid: break;
     }
     count(Discard::result_invalid);
-    if (++session.worker()->invalid_results >= limits::invalid_results_max)
-        send_off(session.id, wire::GoodbyeReason::refused, Discard::lied,
+    if (session && ++session->worker()->invalid_results >= limits::invalid_results_max)
+        send_off(session->id, wire::GoodbyeReason::refused, Discard::lied,
                  "too many impossible results came, the last one because " + outcome.sentence, now_s);
 }
 
@@ -128,6 +148,7 @@ std::uint64_t MasterCore::threads() const {
 }
 
 void MasterCore::give_work(double now_s) {
+    if (no_space_) return;
     const std::vector<Job*> jobs = running_in_order();
     const std::uint64_t farm_threads = threads();
     // one set to each in turn, so that the last sets are spread
@@ -156,25 +177,30 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
     return false;
 }
 
-LeaseId MasterCore::new_lease() { return LeaseId{policy_.epoch} << 32 | ++leases_given_; }
+LeaseId MasterCore::new_lease() { return lease_id(policy_.epoch, ++leases_given_); }
+
+void MasterCore::tell(Session& session, Worker& worker, Job& job) {
+    const JobId id = job.record.id();
+    if (!worker.told.insert(id).second) return;
+    JobSpec spec = job.record.spec;
+    spec.packing = job.active->packing();
+    send(session.id, wire::JobInfo(id, job.record.status.scene, job.record.scene_bytes, std::move(spec),
+                                   job.active->prepared().texel_m, policy_.flush_seconds));
+}
 
 void MasterCore::send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
                             double now_s) {
     const JobId id = job.record.id();
-    if (worker.told.insert(id).second) {
-        JobSpec spec = job.record.spec;
-        spec.packing = job.active->packing();
-        send(session.id, wire::JobInfo(id, job.record.status.scene, job.record.scene_bytes, std::move(spec),
-                                       job.active->prepared().texel_m, policy_.flush_seconds));
-    }
+    tell(session, worker, job);
     if (!job.started_s) job.started_s = now_s;
     --worker.wanted;
+    effects_.push_back(StoreLeases{{{id, {lease, session.instance(), range}}}, {}});
     send(session.id, wire::Lease(lease, policy_.epoch, id, range, job.active->keep_threshold()));
 }
 
 /// Idle workers trace again what stragglers still owe, when nothing else is left to do.
 void MasterCore::give_twins(double now_s) {
-    if (stopping_) return;
+    if (stopping_ || no_space_) return;
     for (auto& [id, session] : sessions_) {
         Worker* worker = session.worker();
         if (!worker || worker->wanted == 0) continue;

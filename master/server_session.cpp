@@ -21,13 +21,8 @@ constexpr std::size_t slow_requests_max = 8;  ///< of one connection, before its
 }  // namespace
 
 MasterServer::Running::Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk,
-                               std::unique_ptr<FileStore> files, JobStore jobs)
-    : lock_(std::move(lock)),
-      disk_(std::move(disk)),
-      files_(std::move(files)),
-      jobs_(std::move(jobs)),
-      storage_(*files_, jobs_),
-      core_(policy) {}
+                               std::unique_ptr<Storage> storage)
+    : lock_(std::move(lock)), disk_(std::move(disk)), storage_(std::move(storage)), core_(policy) {}
 
 MasterServer::Running::~Running() { stop(); }
 
@@ -80,6 +75,7 @@ void MasterServer::Running::end_if_alone() {
 
 void MasterServer::Running::tick() {
     carry_out(core_.tick(now_s()));
+    commit(true);
     end_if_alone();
     timer_.expires_after(tick_interval);
     timer_.async_wait([this](const boost::system::error_code& error) {
@@ -180,8 +176,24 @@ template <class Work, class Then>
 void MasterServer::Running::slowly(Work work, Then then) {
     asio::post(storage_thread_, [this, work = std::move(work), then = std::move(then)]() mutable {
         auto result = work();
-        asio::post(io_, [then = std::move(then), result = std::move(result)]() mutable { then(std::move(result)); });
+        asio::post(io_, [this, then = std::move(then), result = std::move(result),
+                         broken = storage_->broken()]() mutable { broken ? fail(*broken) : then(std::move(result)); });
     });
+}
+
+void MasterServer::Running::fail(const Error& error) {
+    if (failure()) return;
+    spdlog::critical("{}; the master ends, and recovers from its disk when it starts again", error.sentence);
+    for (auto& [id, reply] : replies_) reply.set_value(wire::Refusal(wire::RefusalReason::failed, error.sentence));
+    replies_.clear();
+    const std::lock_guard lock(changed_mutex_);
+    failure_ = error;
+    changed_.notify_all();
+}
+
+std::optional<Error> MasterServer::Running::failure() const {
+    const std::lock_guard lock(changed_mutex_);
+    return failure_;
 }
 
 void MasterServer::Running::begin_slow_request(SessionId session) {
@@ -196,7 +208,7 @@ void MasterServer::Running::end_slow_request(SessionId session) {
 
 void MasterServer::Running::carry_out(Admit admit) {
     admit.record.status.created_unix_seconds = std::time(nullptr);
-    slowly([this, admit] { return storage_.admit(admit); },
+    slowly([this, admit] { return storage_->admit(admit); },
            [this, admit](const Result<std::vector<std::uint32_t>>& missing) {
                if (missing && missing->empty()) spdlog::info("job {} is accepted", admit.record.id());
                carry_out(core_.on_admitted(admit, missing, now_s()));
@@ -206,7 +218,7 @@ void MasterServer::Running::carry_out(Admit admit) {
 void MasterServer::Running::carry_out(StoreChunk store) {
     const SessionId session = asking_;
     begin_slow_request(session);
-    slowly([this, chunk = std::move(store.chunk)] { return storage_.files().put_chunk(chunk); },
+    slowly([this, chunk = std::move(store.chunk)] { return storage_->put_chunk(chunk); },
            [this, session](const Result<void>& stored) {
                if (!stored) spdlog::warn("{}", stored.error().sentence);
                end_slow_request(session);
@@ -216,7 +228,7 @@ void MasterServer::Running::carry_out(StoreChunk store) {
 template <class Serve>
 void MasterServer::Running::serve(Serve effect) {
     begin_slow_request(effect.session);
-    slowly([this, effect] { return storage_.serve(effect); },
+    slowly([this, effect] { return storage_->serve(effect); },
            [this, effect](wire::Message reply) {
                end_slow_request(effect.session);
                carry_out(Send{effect.session, std::move(reply), effect.request_id});
@@ -224,28 +236,63 @@ void MasterServer::Running::serve(Serve effect) {
 }
 
 void MasterServer::Running::carry_out(Prepare prepare) {
-    slowly([this, prepare] { return storage_.prepare(prepare); },
-           [this, job = prepare.job](Result<std::shared_ptr<const PreparedJob>> prepared) {
-               if (prepared) spdlog::info("job {} begins; {}", job, (*prepared)->octree);
-               if (!prepared) spdlog::error("job {} fails: {}", job, prepared.error().sentence);
-               carry_out(core_.on_prepared(job, std::move(prepared), now_s()));
+    slowly([this, prepare] { return storage_->prepare(prepare); },
+           [this, job = prepare.job.id()](Result<RecoveredJob> recovered) {
+               if (!recovered) spdlog::error("job {} fails: {}", job, recovered.error().sentence);
+               if (recovered) {
+                   for (const std::string& damage : recovered->damages)
+                       spdlog::warn("{}; its particles are traced again", damage);
+                   spdlog::info("job {} {} {} particles; {}", job,
+                                recovered->balance.particles > 0 ? "goes on after" : "begins with",
+                                recovered->balance.particles, recovered->prepared->octree);
+               }
+               carry_out(core_.on_prepared(job, std::move(recovered), now_s()));
+           });
+}
+
+void MasterServer::Running::carry_out(StoreResult store) {
+    commits_.add(std::move(store));
+    commit(false);
+}
+
+void MasterServer::Running::commit(bool leases_too) {
+    const auto batch = commits_.begin(leases_too);
+    if (!batch) return;
+    slowly([this, batch] { return storage_->commit(*batch); },
+           [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
+               commits_.end();
+               if (!stored) spdlog::error("{}; the same is tried again", stored.error().sentence);
+               carry_out(core_.on_results_stored(batch->tickets(), stored, now_s()));
+               commit(false);
+           });
+}
+
+void MasterServer::Running::carry_out(StoreSnapshot store) {
+    slowly([this, store] { return storage_->store(store); },
+           [job = store.job](const Result<void>& stored) {
+               if (!stored) spdlog::warn("no snapshot of job {}: {}", job, stored.error().sentence);
            });
 }
 
 void MasterServer::Running::carry_out(StoreRecord store) {
-    slowly([this, record = std::move(store.record)] { return storage_.jobs().put(record); },
-           [](const Result<void>& stored) {
-               if (!stored) spdlog::error("{}; the job will run again after a restart", stored.error().sentence);
+    slowly([this, record = store.record] { return storage_->put(record); },
+           [this, store](const Result<void>& stored) {
+               const JobRecord& record = store.record;
+               if (!stored) spdlog::error("{}; the record of job {} waits", stored.error().sentence, record.id());
+               if (stored && record.over())
+                   spdlog::info("job {} is {}", record.id(),
+                                record.status.state == wire::JobState::failed ? "over: it failed" : "cancelled");
+               carry_out(core_.on_record_stored(store, stored, now_s()));
            });
 }
 
 void MasterServer::Running::carry_out(StoreSolution store) {
-    const JobId job = store.job;
-    slowly([this, store = std::move(store)] { return storage_.store(store); },
-           [this, job](const Result<StoredSolution>& stored) {
-               if (stored) spdlog::info("job {} ends; digest {}", job, stored->digest.hex());
-               if (!stored) spdlog::error("job {} fails: {}", job, stored.error().sentence);
-               carry_out(core_.on_solution_stored(job, stored, now_s()));
+    slowly([this, store] { return storage_->store(store); },
+           [this, store](const Result<JobRecord>& stored) {
+               const JobId job = store.record.id();
+               if (stored) spdlog::info("job {} ends; digest {}", job, stored->status.digest->hex());
+               if (!stored) spdlog::error("{}; the solution of job {} waits", stored.error().sentence, job);
+               carry_out(core_.on_solution_stored(store, stored, now_s()));
            });
 }
 
@@ -253,7 +300,7 @@ Result<JobId> MasterServer::Running::submit(const JobSpec& spec, std::span<const
     wire::FileManifest manifest(scene_digest(scene_bytes), scene_bytes.size(), chunk_digests(scene_bytes));
     std::promise<Result<Digest>> put;
     std::future<Result<Digest>> kept = put.get_future();
-    asio::post(storage_thread_, [&] { put.set_value(files_->put(scene_bytes)); });
+    asio::post(storage_thread_, [&] { put.set_value(storage_->put_scene(scene_bytes)); });
     if (const auto file = kept.get(); !file) return file.error();
     std::promise<wire::Message> promise;
     std::future<wire::Message> reply = promise.get_future();

@@ -28,8 +28,7 @@ namespace lumenfarm {
 /// The shell of MasterCore: one thread for all connections and the core, one for the storage.
 class MasterServer::Running : public net::ConnectionHandler {
 public:
-    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk, std::unique_ptr<FileStore> files,
-            JobStore jobs);
+    Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk, std::unique_ptr<Storage> storage);
     ~Running() override;
 
     Result<void> listen(const std::string& where, bool allow_plaintext);
@@ -45,7 +44,9 @@ public:
     void carry_out(Effects effects);
     std::uint16_t port() const { return port_; }
     const std::string& address() const { return address_; }
-    FileStore& files() { return *files_; }
+    FileStore& files() { return storage_->files(); }
+    /// Why the master can't go on, once that is so: it answers nobody any more and is to be stopped.
+    std::optional<Error> failure() const;
 
     Result<JobId> submit(const JobSpec& spec, std::span<const std::byte> scene_bytes);
     /// Waits until something may have changed, at most `seconds`.
@@ -75,16 +76,21 @@ private:
     void carry_out(ServeManifest effect) { serve(effect); }
     void carry_out(ServeChunk effect) { serve(effect); }
     void carry_out(Prepare prepare);
+    void carry_out(StoreResult store);
+    void carry_out(StoreLeases leases) { commits_.add(leases); }
+    void carry_out(StoreSnapshot store);
     void carry_out(StoreRecord store);
     void carry_out(StoreSolution store);
+    void commit(bool leases_too);
 
-    /// Runs `work` on the storage's thread and then `then(result)` here.
+    /// Runs `work` on the storage's thread and then `then(result)` here, unless the disk is broken.
     template <class Work, class Then>
     void slowly(Work work, Then then);
     void begin_slow_request(SessionId session);
     void end_slow_request(SessionId session);
     void tick();
     void end_if_alone();
+    void fail(const Error& error);
 
     boost::asio::io_context io_{1};
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> busy_{io_.get_executor()};
@@ -93,10 +99,9 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 
     StorageLock lock_;
-    std::unique_ptr<Disk> disk_;  ///< of files_
-    std::unique_ptr<FileStore> files_;
-    JobStore jobs_;
-    Storage storage_;
+    std::unique_ptr<Disk> disk_;
+    std::unique_ptr<Storage> storage_;
+    CommitQueue commits_;
     MasterCore core_;
     std::unique_ptr<net::Listener> listener_;
     std::string address_;
@@ -109,7 +114,8 @@ private:
     std::map<std::uint64_t, std::promise<wire::Message>> replies_;  ///< to the embedding program
     std::uint64_t next_request_ = 1;
 
-    std::mutex changed_mutex_;
+    mutable std::mutex changed_mutex_;
+    std::optional<Error> failure_;
     std::condition_variable changed_;
     std::uint64_t changes_ = 0;
     bool stopping_ = false;

@@ -22,8 +22,10 @@ struct Worker {
     std::uint32_t wanted = 0;    ///< sets that it has room for
     bool leases_stated = false;  ///< its first Progress has come
     bool draining = false;
-    std::set<JobId> told;      ///< jobs it has a JobInfo of
-    std::set<JobId> declined;  ///< jobs it can't do
+    std::set<std::uint64_t> held;  ///< leases it stated when it came
+    std::set<JobId> awaited;       ///< jobs of those that do not run yet
+    std::set<JobId> told;          ///< jobs it has a JobInfo of
+    std::set<JobId> declined;      ///< jobs it can't do
     std::optional<StagedResult> open;
     JobId pace_job = 0;
     Pace pace;  ///< on pace_job

@@ -58,9 +58,7 @@ bool possible_balance(const EnergyBalance& balance) {
 
 void StagedResult::refuse(std::string sentence) {
     if (fault_.empty()) fault_ = std::move(sentence);
-    hits_.clear();
-    maps_.clear();
-    kept_.clear();
+    messages_.clear();
     bytes_ = 0;
 }
 
@@ -88,7 +86,7 @@ void StagedResult::add(const JobSpec& spec, const PreparedJob& prepared, wire::R
     for (const std::uint32_t energy : part.energies)
         if (energy > limits::energy_ticks_max) return refuse("a hit has " + std::to_string(energy) + " ticks");
     record_hits_ += part.records.size();
-    hits_.push_back(std::move(part));
+    messages_.emplace_back(std::move(part));
 }
 
 void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::ResultMap part) {
@@ -105,7 +103,7 @@ void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::Result
             return refuse("surface " + std::to_string(delta.surface) + " has impossible sums");
         surface_hits_ += delta.hits;
     }
-    maps_.push_back(std::move(part));
+    messages_.emplace_back(std::move(part));
 }
 
 void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::ResultKept part) {
@@ -114,7 +112,13 @@ void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::Result
         if (hit.light >= prepared.particles.size() || hit.energy > limits::energy_ticks_max ||
             !possible_record(hit.record, prepared.scene))
             return refuse("a kept hit lies outside the scene, on triangle " + std::to_string(hit.record.triangle));
-    kept_.push_back(std::move(part));
+    messages_.emplace_back(std::move(part));
+}
+
+Result<void> StagedResult::complete(wire::ResultDone done) {
+    if (auto checked = check(done); !checked) return checked;
+    messages_.emplace_back(std::move(done));
+    return {};
 }
 
 Result<void> StagedResult::check(const wire::ResultDone& done) const {
@@ -130,10 +134,11 @@ Result<void> StagedResult::check(const wire::ResultDone& done) const {
     if (texel_hits != done.balance.hits || surface_hits != done.balance.hits)
         return failed("the balance is of " + std::to_string(done.balance.hits) + " hits, the texels of " +
                       std::to_string(texel_hits) + ", the surfaces of " + std::to_string(surface_hits));
-    for (const wire::ResultHits& part : hits_) {
-        const auto of_light = [&](const wire::Claim& covered) { return covered.range.light == part.light; };
-        if (std::none_of(done.claims.begin(), done.claims.end(), of_light))
-            return failed("hits of light " + std::to_string(part.light) + " came without a lease of it");
+    for (const wire::Message& message : messages_) {
+        const auto* part = std::get_if<wire::ResultHits>(&message);
+        const auto of_light = [&](const wire::Claim& covered) { return covered.range.light == part->light; };
+        if (part && std::none_of(done.claims.begin(), done.claims.end(), of_light))
+            return failed("hits of light " + std::to_string(part->light) + " came without a lease of it");
     }
     return {};
 }

@@ -5,9 +5,10 @@
 
 #include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
-/// The parts of one result that have arrived, kept aside until it is complete.
+/// One result: its messages, from the first part to the ResultDone, kept aside until it is complete.
 namespace lumenfarm {
 
 class StagedResult {
@@ -22,8 +23,8 @@ public:
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultKept part);
 
     /// Says whether the parts agree with each other and with what the result states of itself: parts, hits, balance.
-    /// Errors: failed, with the sentence for the worker.
-    Result<void> check(const wire::ResultDone& done) const;
+    /// If so the result is complete. Errors: failed, with the sentence for the worker.
+    Result<void> complete(wire::ResultDone done);
 
     JobId job() const { return job_; }
     std::uint64_t number() const { return number_; }
@@ -31,12 +32,14 @@ public:
     const std::string& fault() const { return fault_; }
     void refuse(std::string sentence);
 
-    const std::vector<wire::ResultHits>& hits() const { return hits_; }
-    const std::vector<wire::ResultMap>& maps() const { return maps_; }
-    const std::vector<wire::ResultKept>& kept() const { return kept_; }
+    /// ResultHits, ResultMap and ResultKept as they came; the last one is the ResultDone once the result is complete.
+    const std::vector<wire::Message>& messages() const { return messages_; }
+    /// REQUIRES: complete.
+    const wire::ResultDone& done() const { return std::get<wire::ResultDone>(messages_.back()); }
 
 private:
     bool next_part(const wire::PartId& part, std::size_t part_bytes);
+    Result<void> check(const wire::ResultDone& done) const;
 
     JobId job_;
     std::uint64_t number_;
@@ -44,9 +47,7 @@ private:
     std::size_t bytes_ = 0;
     std::uint64_t record_hits_ = 0, texel_hits_ = 0, surface_hits_ = 0;
     std::string fault_;
-    std::vector<wire::ResultHits> hits_;
-    std::vector<wire::ResultMap> maps_;
-    std::vector<wire::ResultKept> kept_;
+    std::vector<wire::Message> messages_;
 };
 
 }  // namespace lumenfarm

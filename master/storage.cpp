@@ -1,37 +1,202 @@
 #include "master/storage.h"
 
-#include "common/solution/solution_file.h"
+#include "common/support/ensure.h"
 
+#include <set>
 #include <utility>
 
 namespace lumenfarm {
 
+Storage::Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs)
+    : disk_(disk), segments_(folder / "segments"), files_(disk, folder / "files"), jobs_(std::move(jobs)) {}
+
+Result<std::unique_ptr<Storage>> Storage::open(Disk& disk, const std::filesystem::path& folder, const char* vfs) {
+    if (const auto made = disk.make_folder(folder / "segments"); !made) return made.error();
+    auto jobs = JobStore::open(folder / "jobs.sqlite", vfs);
+    if (!jobs) return jobs.error();
+    std::unique_ptr<Storage> storage(new Storage(disk, folder, std::move(*jobs)));
+    if (const auto opened = storage->files_.open(); !opened) return opened.error();
+    return storage;
+}
+
+template <class T>
+Result<T> Storage::watched(Result<T> result) {
+    if (!result && result.error().code == ErrorCode::failed && !broken_) broken_ = result.error();
+    return result;
+}
+
+Result<Storage::Start> Storage::start() {
+    auto contents = jobs_.load();
+    if (!contents) return contents.error();
+    Start start{std::move(contents->records), contents->next_job, 1, std::move(contents->warnings)};
+    if (const auto swept = sweep(start); !swept) return swept.error();
+    const auto life = jobs_.begin_life();
+    if (!life) return life.error();
+    start.life = *life;
+    return start;
+}
+
+/// Removes files that no record names: of uploads without a job, or left by a life that ended in between. While a
+/// record is damaged nothing is removed, since it may name any of them.
+Result<void> Storage::sweep(const Start& start) {
+    if (!start.warnings.empty()) return {};
+    std::set<Digest> needed;
+    std::set<std::string> running;
+    for (const JobRecord& record : start.records) {
+        needed.insert(record.status.scene);
+        if (record.has_solution) needed.insert(record.solution_file);
+        if (record.over()) continue;
+        running.insert(std::to_string(record.id()));
+        const auto kept = jobs_.unfinished(record.id());
+        if (!kept) return kept.error();
+        if (kept->snapshot) needed.insert(kept->snapshot->file);
+    }
+    if (const auto removed = files_.remove_others(needed); !removed) return removed.error();
+    const auto segments = disk_.list(segments_);
+    if (!segments) return segments.error();
+    for (const std::string& name : *segments)
+        if (!running.contains(name.substr(0, name.find('-'))))
+            if (auto removed = disk_.remove(segments_ / name); !removed) return removed;
+    return {};
+}
+
 Result<std::vector<std::uint32_t>> Storage::admit(const Admit& admit) {
-    auto missing = files_.missing(admit.submit.scene);
+    if (broken_) return *broken_;
+    auto missing = watched(files_.missing(admit.submit.scene));
     if (!missing || !missing->empty()) return missing;
     const auto bytes = files_.read(admit.submit.scene.file);
     if (!bytes) return bytes.error();
     auto prepared = prepare_job(admit.submit.spec, *bytes);
     if (!prepared) return prepared.error();
-    if (const auto stored = jobs_.put(admit.record); !stored) return stored.error();
+    if (const auto stored = put(admit.record); !stored) return stored.error();
     admitted_scene_ = admit.submit.scene.file;
     admitted_spec_ = admit.submit.spec;
     admitted_ = *prepared;
     return missing;
 }
 
-Result<std::shared_ptr<const PreparedJob>> Storage::prepare(const Prepare& prepare) {
+Result<std::shared_ptr<const PreparedJob>> Storage::prepared(const JobRecord& job) {
     const auto admitted = std::exchange(admitted_, nullptr);
-    if (admitted && admitted_scene_ == prepare.scene && admitted_spec_ == prepare.spec) return admitted;
-    const auto bytes = files_.read(prepare.scene);
+    if (admitted && admitted_scene_ == job.status.scene && admitted_spec_ == job.spec) return admitted;
+    const auto bytes = files_.read(job.status.scene);
     if (!bytes) return bytes.error();
-    return prepare_job(prepare.spec, *bytes);
+    return prepare_job(job.spec, *bytes);
 }
 
-Result<StoredSolution> Storage::store(const StoreSolution& effect) {
-    const auto file = files_.put(encode_solution(*effect.solution));
+Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
+    if (broken_) return *broken_;
+    const JobRecord& job = prepare.job;
+    auto ready = prepared(job);
+    if (!ready) return ready.error();
+    auto kept = watched(jobs_.unfinished(job.id()));
+    if (!kept) return kept.error();
+    JobLog& log = logs_.try_emplace(job.id(), disk_, segments_, job, *ready).first->second;
+    auto damages = watched(log.recover(*kept, files_));
+    if (!damages) return damages.error();
+    const JobSums& sums = log.sums();
+    RecoveredJob recovered;
+    recovered.prepared = std::move(*ready);
+    recovered.committed = sums.committed();
+    recovered.balance = sums.balance();
+    recovered.trace_s = sums.time().trace_s;
+    recovered.effort = {sums.time().total_s, sums.time().workers};
+    recovered.keep_threshold = sums.keep_threshold();
+    recovered.leases = std::move(kept->leases);
+    recovered.damages = std::move(*damages);
+    return recovered;
+}
+
+/// Results first, to be found where the rows will say that they are.
+Result<std::vector<StoredResult>> Storage::write(const CommitBatch& batch) {
+    std::vector<StoredResult> rows;
+    std::set<JobId> jobs;
+    for (const StoreResult& each : batch.results) {
+        auto row = logs_.at(each.job).append(*each.result);
+        if (!row) return row.error();
+        rows.push_back(*row);
+        jobs.insert(each.job);
+    }
+    for (const JobId job : jobs)
+        if (const auto synced = logs_.at(job).sync(); !synced) return synced.error();
+    return rows;
+}
+
+Result<void> Storage::commit(const CommitBatch& batch, const std::vector<StoredResult>& rows) {
+    std::vector<StoredLease> given;
+    for (const StoredLease& lease : batch.leases.given)
+        if (logs_.contains(lease.job)) given.push_back(lease);
+    return jobs_.commit(rows, given, batch.leases.ended);
+}
+
+Result<std::map<JobId, std::uint64_t>> Storage::commit(const CommitBatch& batch) {
+    if (broken_) return *broken_;
+    const auto rows = watched(write(batch));
+    const auto committed = rows ? watched(commit(batch, *rows)) : Result<void>(rows.error());
+    if (!committed) {
+        for (auto& [job, log] : logs_)
+            if (const auto undone = watched(log.undo()); !undone) return undone.error();
+        return committed.error();
+    }
+    std::map<JobId, std::uint64_t> thresholds;
+    for (auto& [job, log] : logs_) log.keep();
+    for (const StoreResult& each : batch.results) {
+        JobLog& log = logs_.at(each.job);
+        log.merge(*each.result);
+        thresholds[each.job] = log.sums().keep_threshold();
+    }
+    return thresholds;
+}
+
+Result<void> Storage::put(const JobRecord& record) {
+    if (broken_) return *broken_;
+    // a job that never ran, or failed, has nothing to be fetched
+    return watched(record.over() && !record.has_solution ? jobs_.finish(record) : jobs_.put(record));
+}
+
+Result<void> Storage::store(const StoreSnapshot& effect) {
+    if (broken_) return *broken_;
+    const auto found = logs_.find(effect.job);
+    if (found == logs_.end() || !found->second.snapshot_pays()) return {};
+    JobLog& log = found->second;
+    const auto file = watched(files_.put(log.solution(effect.effort).bytes));
     if (!file) return file.error();
-    return StoredSolution{solution_digest(*effect.solution), *file};
+    if (auto stored = watched(jobs_.checkpoint(effect.job, {*file, log.next_result()})); !stored) return stored;
+    const auto older = log.snapshot();
+    if (older && *older != *file)
+        if (auto removed = watched(files_.remove(*older)); !removed) return removed;
+    return watched(log.begin_after(*file));
+}
+
+Result<JobRecord> Storage::store(const StoreSolution& effect) {
+    if (broken_) return *broken_;
+    const auto found = logs_.find(effect.record.id());
+    ensure(found != logs_.end(), "a job that ends has run");
+    JobLog& log = found->second;
+    const JobLog::Encoded solution = log.solution(effect.effort);
+    const auto file = watched(files_.put(solution.bytes));
+    if (!file) return file.error();
+    JobRecord record = effect.record;
+    record.status.state = record.complete ? wire::JobState::done : wire::JobState::cancelled;
+    record.status.digest = solution.digest;
+    record.solution_file = *file;
+    record.has_solution = true;
+    if (const auto stored = watched(jobs_.finish(record)); !stored) return stored.error();
+    const auto snapshot = log.snapshot();
+    if (snapshot && *snapshot != *file)
+        if (const auto removed = watched(files_.remove(*snapshot)); !removed) return removed.error();
+    if (const auto removed = watched(log.remove_segments()); !removed) return removed.error();
+    logs_.erase(found);
+    return record;
+}
+
+Result<void> Storage::put_chunk(const wire::Chunk& chunk) {
+    if (broken_) return *broken_;
+    return watched(files_.put_chunk(chunk));
+}
+
+Result<Digest> Storage::put_scene(std::span<const std::byte> bytes) {
+    if (broken_) return *broken_;
+    return watched(files_.put(bytes));
 }
 
 wire::Message Storage::serve(const ServeManifest& serve) {

@@ -1,36 +1,80 @@
 #pragma once
 
-#include "master/effects.h"
+#include "master/commit_queue.h"
 #include "master/disk/file_store.h"
+#include "master/effects.h"
+#include "master/job_log.h"
 #include "master/job_store.h"
 
 #include <cstdint>
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-/// Carries out the master's slow effects, on one thread at a time of the caller's choice.
+/// Carries out the master's slow effects, on one thread at a time of the caller's choice. Errors everywhere: no_space,
+/// after which the same may be tried again; failed: of the disk. After a write that failed nobody knows what is on the
+/// disk, so everything fails from then on (broken()), and the next life of the master finds out.
 namespace lumenfarm {
 
 class Storage {
 public:
-    Storage(FileStore& files, JobStore& jobs) : files_(files), jobs_(jobs) {}
+    /// FOLDER/files, FOLDER/segments, FOLDER/jobs.sqlite. The disk must stay. `vfs`: as Database::open().
+    static Result<std::unique_ptr<Storage>> open(Disk& disk, const std::filesystem::path& folder,
+                                                 const char* vfs = nullptr);
+
+    /// The jobs of earlier lives, and what begins with this one. To be called once, first. Removes what no job needs.
+    struct Start {
+        std::vector<JobRecord> records;
+        JobId next_job = 1;
+        std::uint32_t life = 1;             ///< this one, from 1 on
+        std::vector<std::string> warnings;  ///< what is damaged
+    };
+    Result<Start> start();
 
     /// Answers Admit: the chunks to be uploaded first; or none, the scene being good for the job and `record` stored.
-    /// Errors: bad_input (the scene or the job), failed (disk).
+    /// Errors also: bad_input (the scene or the job).
     Result<std::vector<std::uint32_t>> admit(const Admit& admit);
-    Result<std::shared_ptr<const PreparedJob>> prepare(const Prepare& prepare);
-    Result<StoredSolution> store(const StoreSolution& solution);
+    /// Errors also: bad_input, failed (the scene is damaged).
+    Result<RecoveredJob> prepare(const Prepare& prepare);
+
+    /// Leases of jobs that are over are left out.
+    /// Gives the keep threshold of each job that has results in it.
+    Result<std::map<JobId, std::uint64_t>> commit(const CommitBatch& batch);
+    Result<void> put(const JobRecord& record);
+    Result<void> store(const StoreSnapshot& snapshot);
+    /// The record as it was stored.
+    Result<JobRecord> store(const StoreSolution& solution);
+    /// Errors also: bad_input, as FileStore::put_chunk().
+    Result<void> put_chunk(const wire::Chunk& chunk);
+    Result<Digest> put_scene(std::span<const std::byte> bytes);
+
     /// The reply to a request for a file: Manifest, Chunk or Refusal.
     wire::Message serve(const ServeManifest& serve);
     wire::Message serve(const ServeChunk& serve) const;
 
     FileStore& files() { return files_; }
-    JobStore& jobs() { return jobs_; }
+    const std::optional<Error>& broken() const { return broken_; }
 
 private:
-    FileStore& files_;
-    JobStore& jobs_;
+    Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs);
+    Result<void> sweep(const Start& start);
+    Result<std::shared_ptr<const PreparedJob>> prepared(const JobRecord& job);
+    Result<std::vector<StoredResult>> write(const CommitBatch& batch);
+    Result<void> commit(const CommitBatch& batch, const std::vector<StoredResult>& rows);
+    /// Hands a result of the disk through, and remembers when it is broken.
+    template <class T>
+    Result<T> watched(Result<T> result);
+
+    Disk& disk_;
+    std::filesystem::path segments_;
+    FileStore files_;
+    JobStore jobs_;
+    std::map<JobId, JobLog> logs_;
+    std::optional<Error> broken_;
     Digest admitted_scene_;  ///< of admitted_, which the next prepare() will most likely ask for
     JobSpec admitted_spec_;
     std::shared_ptr<const PreparedJob> admitted_;

@@ -157,8 +157,8 @@ struct ResultDone {
 static_assert(limits::claims_per_result_max * 32 + 1'024 <= payload_bytes_max(MessageType::result_done));
 
 enum class Verdict : std::uint8_t {
-    accepted,        ///< merged and durable as far as the master promises: forget the result
-    already_merged,  ///< the same result came before: forget it
+    accepted,        ///< merged, and on the master's disk: forget the result
+    already_merged,  ///< particles of it are merged: nothing else of it is, forget it
     stale,           ///< a lease of it is not current any more: nothing is merged, forget it
     job_gone,        ///< the job ended or was cancelled: forget it
     invalid,         ///< its content is not possible: nothing is merged, forget it

@@ -30,7 +30,8 @@ struct Pull {
     }
 };
 
-/// master -> worker: what a job is; once in a session, before the job's first Lease.
+/// master -> worker: what a job is; once in a session, before the job's first Lease and before results of it that the
+/// worker brought along.
 struct JobInfo {
     static constexpr auto type = MessageType::job_info;
     std::uint64_t job = 0;
@@ -139,21 +140,24 @@ struct ReturnLeases {
 };
 
 struct LeaseProgress {
+    std::uint64_t job = 0;
     std::uint64_t lease = 0;
     std::uint64_t particles = 0;  ///< traced so far
 
     LeaseProgress() = default;
-    LeaseProgress(std::uint64_t lease_, std::uint64_t particles_) : lease(lease_), particles(particles_) {}
+    LeaseProgress(std::uint64_t job_, std::uint64_t lease_, std::uint64_t particles_)
+        : job(job_), lease(lease_), particles(particles_) {}
     bool operator==(const LeaseProgress&) const = default;
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, lease, particles);
+        fields(ar, job, lease, particles);
     }
 };
 
-/// worker -> master: the first message after Welcome, with every lease that the worker still holds (the master takes
-/// all its other leases back); and now and then: how far the leases at hand are, for estimates.
+/// worker -> master: the first message after Welcome, with every lease that the worker still holds or has results of
+/// (the master takes all its other leases back). Results of these jobs follow once a JobInfo has come in this session,
+/// or are dropped when a JobGone comes. And now and then: how far the leases at hand are, for estimates.
 struct Progress {
     static constexpr auto type = MessageType::progress;
     double particles_per_second = 0;    ///< over all threads, >= 0
@@ -187,6 +191,6 @@ struct Drain {
     }
 };
 
-static_assert(limits::leases_per_worker_max * 16 + 1'024 <= payload_bytes_max(MessageType::progress));
+static_assert(limits::leases_per_worker_max * 24 + 1'024 <= payload_bytes_max(MessageType::progress));
 
 }  // namespace lumenfarm::wire

@@ -84,6 +84,7 @@ Effects WorkerCore::on_disconnect(const std::optional<wire::Goodbye>& goodbye, d
     if (welcome_) lost_s_ = now_s;
     welcome_ = false;
     for (Outgoing& outgoing : results_) outgoing.reader.rewind();
+    for (auto& [id, job] : jobs_) job.confirmed = false;
     const bool unwanted = goodbye && (goodbye->reason == wire::GoodbyeReason::refused ||
                                       goodbye->reason == wire::GoodbyeReason::unsupported_protocol);
     if (unwanted && !finished_) {
@@ -152,17 +153,18 @@ void WorkerCore::send_returns() {
 }
 
 std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
-    std::set<std::uint64_t> leases;
-    for (const wire::Lease& lease : queue_) leases.insert(lease.lease);
+    std::map<std::uint64_t, JobId> job_by_lease;
+    for (const wire::Lease& lease : queue_) job_by_lease.emplace(lease.lease, lease.job);
     for (const Slot& slot : slots_) {
-        if (slot.lease) leases.insert(slot.lease->lease);
-        leases.insert(slot.open_leases.begin(), slot.open_leases.end());
+        if (slot.lease) job_by_lease.emplace(slot.lease->lease, slot.job);
+        for (const std::uint64_t lease : slot.open_leases) job_by_lease.emplace(lease, slot.job);
     }
     for (const Outgoing& outgoing : results_)
-        for (const wire::Claim& claim : outgoing.parcel->claims) leases.insert(claim.lease);
+        for (const wire::Claim& claim : outgoing.parcel->claims)
+            job_by_lease.emplace(claim.lease, outgoing.parcel->job);
     std::vector<wire::LeaseProgress> held;
-    for (const std::uint64_t lease : leases)
-        if (held.size() < limits::leases_per_worker_max) held.emplace_back(lease, 0);
+    for (const auto& [lease, job] : job_by_lease)
+        if (held.size() < limits::leases_per_worker_max) held.emplace_back(job, lease, 0);
     return held;
 }
 
@@ -170,6 +172,8 @@ std::optional<wire::Message> WorkerCore::next_bulk() {
     if (!welcome_) return std::nullopt;
     std::size_t in_flight = 0, bytes = 0;
     for (Outgoing& outgoing : results_) {
+        // a master that has just started may not be ready for them
+        if (const auto job = jobs_.find(outgoing.parcel->job); job == jobs_.end() || !job->second.confirmed) continue;
         if (!outgoing.reader.finished())
             return in_flight < limits::results_in_flight && bytes < limits::result_bytes_in_flight
                        ? outgoing.reader.next()

@@ -69,6 +69,7 @@ private:
         bool missing = false;                       ///< its scene is not in the cache
         bool failed = false;
         bool draining = false;
+        bool confirmed = false;  ///< the master has told of it in this session
     };
     struct Outgoing {
         std::uint64_t number = 0;

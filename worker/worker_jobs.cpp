@@ -19,10 +19,16 @@ bool WorkerCore::draining(JobId id) const {
 void WorkerCore::take_job(const wire::JobInfo& info) {
     const auto known = jobs_.find(info.job);
     if (known != jobs_.end()) {
-        if (known->second.info == info && !known->second.failed) return;
+        const wire::JobInfo& before = known->second.info;
+        if (before.scene == info.scene && before.spec == info.spec && !known->second.failed) {
+            known->second.info = info;
+            known->second.confirmed = true;
+            return;
+        }
         drop_job(info.job);
     }
     jobs_[info.job].info = info;
+    jobs_[info.job].confirmed = true;
     effects_.push_back(LoadScene{info.scene});
 }
 

@@ -1,5 +1,6 @@
 #include "common/solution/interval_set.h"
 
+#include <algorithm>
 #include <iterator>
 
 namespace lumenfarm {
@@ -34,6 +35,20 @@ bool IntervalSet::overlaps(std::uint64_t begin, std::uint64_t end) const {
     if (begin >= end) return false;
     const auto at = end_by_begin_.lower_bound(end);  // the last interval that begins before `end` stands before it
     return at != end_by_begin_.begin() && std::prev(at)->second > begin;
+}
+
+std::vector<IntervalSet::Interval> IntervalSet::gaps(std::uint64_t begin, std::uint64_t end) const {
+    std::vector<Interval> gaps;
+    auto at = end_by_begin_.upper_bound(begin);
+    if (at != end_by_begin_.begin()) begin = std::max(begin, std::prev(at)->second);
+    for (; begin < end; begin = at->second, ++at) {
+        if (at == end_by_begin_.end() || at->first >= end) {
+            gaps.push_back({begin, end});
+            break;
+        }
+        if (begin < at->first) gaps.push_back({begin, at->first});
+    }
+    return gaps;
 }
 
 std::vector<IntervalSet::Interval> IntervalSet::intervals() const {

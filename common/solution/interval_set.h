@@ -18,6 +18,8 @@ public:
     /// True when all of [begin, end) is there.
     bool covers(std::uint64_t begin, std::uint64_t end) const;
     bool overlaps(std::uint64_t begin, std::uint64_t end) const;
+    /// What of [begin, end) is not there, in order.
+    std::vector<Interval> gaps(std::uint64_t begin, std::uint64_t end) const;
     std::uint64_t size() const { return size_; }
     std::vector<Interval> intervals() const;
     bool operator==(const IntervalSet&) const = default;

@@ -92,8 +92,11 @@ inline constexpr std::size_t admissions_max = 64;        ///< submissions that w
 inline constexpr std::uint32_t threads_per_worker_max = 1'024;
 inline constexpr std::uint32_t leases_per_worker_max = 4 * threads_per_worker_max;
 inline constexpr std::size_t sessions_max = 4'096;
-inline constexpr std::size_t jobs_max = 4'096;          ///< kept by one master, finished ones included
+inline constexpr std::size_t jobs_max = 4'096;  ///< kept by one master, finished ones included
 inline constexpr std::size_t job_record_bytes_max = 64u << 10;
+inline constexpr std::uint64_t results_per_snapshot_max = 10'000;  ///< then what a job has is written as one solution
+inline constexpr double disk_retry_seconds = 5;                    ///< after the disk was full
+inline constexpr double restart_seconds = 45;           ///< leases wait this long for their workers after a restart
 inline constexpr std::size_t chunks_in_flight = 4;      ///< of one scene on its way to one worker
 inline constexpr std::uint32_t chunk_attempts_max = 3;  ///< of a chunk that comes damaged
 inline constexpr std::size_t result_bytes_in_flight =
@@ -145,6 +148,7 @@ inline constexpr std::size_t outbox_bytes_high = 4u << 20;  ///< above it readin
 inline constexpr std::size_t outbox_bytes_low = 1u << 20;   ///< below it reading goes on
 inline constexpr std::size_t compress_bytes_min = 4'096;    ///< smaller payloads are never compressed
 static_assert(2 * heartbeat_seconds < dead_seconds);
+static_assert(restart_seconds > reconnect_seconds_max + heartbeat_seconds);
 static_assert(outbox_bytes_low < outbox_bytes_high);
 static_assert(outbox_bytes_high + chunks_in_flight * (frame_header_bytes + frame_payload_bytes_max) <=
               outbox_bytes_max);

@@ -42,8 +42,9 @@ Error error_of(const std::string& file, sqlite3* connection) {
 int shorten_log(void* pages_max, sqlite3* connection, const char* database, int pages) {
     if (pages < static_cast<int>(reinterpret_cast<std::intptr_t>(pages_max))) return SQLITE_OK;
     const int code = sqlite3_wal_checkpoint_v2(connection, database, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
-    // the log keeps what a full disk has no second room for, and the next commit tries again
-    return code != SQLITE_OK && is_full(connection) ? SQLITE_OK : code;
+    // the log keeps what a full disk has no second room for, or what somebody is reading; a later commit tries again
+    const bool later = code == SQLITE_LOCKED || code == SQLITE_BUSY || (code != SQLITE_OK && is_full(connection));
+    return later ? SQLITE_OK : code;
 }
 
 /// Writes the file over itself, and syncs it.

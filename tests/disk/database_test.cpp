@@ -1,5 +1,7 @@
 #include "master/disk/database.h"
 
+#include "tests/scratch/folder.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -45,6 +47,22 @@ TEST(Database, AStatementThatFailedCanBeUsedAgain) {
     EXPECT_FALSE(insert.bind(2).bind(3).run().has_value()) << "there is no second parameter";
     EXPECT_TRUE(insert.bind(3).run().has_value());
     EXPECT_EQ(count(database), 2u);
+}
+
+TEST(Database, ACommitWhileAStatementReadsLeavesTheLogForLater) {
+    const testing::Folder folder;
+    Database database = std::move(Database::open(folder / "numbers.sqlite", first).value());
+    database.limit_log(1);
+    Statement insert = std::move(database.prepare("INSERT INTO numbers VALUES (?)").value());
+    ASSERT_TRUE(insert.bind(1).run().has_value());
+    Statement reader = std::move(database.prepare("SELECT number FROM numbers").value());
+    ASSERT_TRUE(reader.step().value());
+    const auto meanwhile = insert.bind(2).run();
+    EXPECT_TRUE(meanwhile.has_value()) << meanwhile.error().sentence;
+    while (reader.step().value()) {
+    }
+    EXPECT_TRUE(insert.bind(3).run().has_value());
+    EXPECT_EQ(count(database), 3u);
 }
 
 TEST(Database, NumbersKeepAllBitsAndBytesAll) {

@@ -15,6 +15,11 @@ ClaimVerdict verdict(const Ledger& ledger, WorkerId worker, const Claim& claim) 
     return ledger.check(worker, std::array{claim});
 }
 
+void commit(Ledger& ledger, std::span<const Claim> claims) {
+    ledger.store(claims);
+    ledger.commit(claims);
+}
+
 TEST(Ledger, GivesEveryParticleOnce) {
     Ledger ledger({1'000, 10});
     IntervalSet seen[2];
@@ -46,7 +51,7 @@ TEST(Ledger, RangeCommittedTwiceIsMergedOnce) {
     const auto range = ledger.lease(1, ann, 100, 0, 60);
     const Claim claim = whole(1, *range);
     ASSERT_EQ(verdict(ledger, ann, claim), ClaimVerdict::current);
-    ledger.commit(std::array{claim});
+    commit(ledger, std::array{claim});
     EXPECT_EQ(verdict(ledger, ann, claim), ClaimVerdict::already_committed);
     EXPECT_EQ(ledger.committed_particles(), 100u);
     EXPECT_TRUE(ledger.complete());
@@ -55,7 +60,7 @@ TEST(Ledger, RangeCommittedTwiceIsMergedOnce) {
 TEST(Ledger, PartOfALeaseIsCommittedAndTheRestIsStillOwed) {
     Ledger ledger({100});
     ledger.lease(1, ann, 100, 0, 60);
-    ledger.commit(std::array{Claim{1, {0, 0, 40}}});
+    commit(ledger, std::array{Claim{1, {0, 0, 40}}});
     EXPECT_TRUE(ledger.holds(1));
     EXPECT_EQ(verdict(ledger, ann, {1, {0, 30, 20}}), ClaimVerdict::already_committed);
     EXPECT_EQ(verdict(ledger, ann, {1, {0, 40, 60}}), ClaimVerdict::current);
@@ -128,7 +133,7 @@ TEST(Ledger, FirstOfTwoTwinsWins) {
     EXPECT_FALSE(ledger.lease_twin(2, bob, 0, 5, 60)) << "not before it is late";
     ASSERT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), range);
     EXPECT_FALSE(ledger.lease_twin(3, bob, 100, 5, 60)) << "one twin is enough";
-    ledger.commit(std::array{whole(2, *range)});
+    commit(ledger, std::array{whole(2, *range)});
     EXPECT_TRUE(ledger.complete());
     EXPECT_EQ(ledger.outstanding(), 0u);
     EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::already_committed);
@@ -137,9 +142,9 @@ TEST(Ledger, FirstOfTwoTwinsWins) {
 TEST(Ledger, TwinOwesOnlyWhatTheStragglerOwes) {
     Ledger ledger({100});
     ledger.lease(1, ann, 100, 0, 60);
-    ledger.commit(std::array{Claim{1, {0, 0, 30}}});
+    commit(ledger, std::array{Claim{1, {0, 0, 30}}});
     EXPECT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), (ParticleRange{0, 30, 70}));
-    ledger.commit(std::array{Claim{1, {0, 30, 10}}});
+    commit(ledger, std::array{Claim{1, {0, 30, 10}}});
     EXPECT_EQ(verdict(ledger, bob, {2, {0, 30, 70}}), ClaimVerdict::already_committed);
     EXPECT_EQ(verdict(ledger, bob, {2, {0, 40, 60}}), ClaimVerdict::current);
 }
@@ -165,6 +170,59 @@ TEST(Ledger, ReleaseOfAWorkerLeavesTheOthers) {
     ledger.release_worker(ann);
     EXPECT_EQ(ledger.outstanding(), 1u);
     EXPECT_EQ(ledger.unleased(), 80u);
+}
+
+TEST(Ledger, ParticlesOnTheirWayToTheDiskAreNeitherGivenNorCommitted) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 100, 0, 60);
+    const std::array stored{Claim{1, {0, 0, 60}}};
+    ledger.store(stored);
+    EXPECT_EQ(ledger.committed_particles(), 0u);
+    EXPECT_EQ(verdict(ledger, ann, {1, {0, 50, 10}}), ClaimVerdict::being_stored);
+    EXPECT_EQ(verdict(ledger, bob, {1, {0, 50, 10}}), ClaimVerdict::being_stored);
+    ledger.release(1);
+    EXPECT_EQ(ledger.unleased(), 40u);
+    EXPECT_EQ(ledger.lease(2, bob, 100, 0, 60), (ParticleRange{0, 60, 40}));
+    ledger.commit(stored);
+    EXPECT_EQ(ledger.committed_particles(), 60u);
+    EXPECT_EQ(verdict(ledger, ann, {1, {0, 50, 10}}), ClaimVerdict::already_committed);
+}
+
+TEST(Ledger, ALeaseThatIsStoredWholeEndsAndSaysSo) {
+    Ledger ledger({100});
+    ledger.lease(1, ann, 50, 0, 60);
+    ledger.lease(2, ann, 50, 0, 60);
+    EXPECT_TRUE(ledger.take_ended().empty());
+    ledger.store(std::array{Claim{1, {0, 0, 50}}});
+    EXPECT_FALSE(ledger.holds(1));
+    ledger.release(2);
+    EXPECT_EQ(ledger.take_ended(), (std::vector<LeaseId>{1, 2}));
+    EXPECT_TRUE(ledger.take_ended().empty());
+}
+
+TEST(Ledger, GoesOnWhereAnEarlierOneEnded) {
+    std::vector<IntervalSet> committed(2);
+    ASSERT_TRUE(committed[0].insert(10, 20));
+    ASSERT_TRUE(committed[0].insert(40, 50));
+    const std::array leases{GivenLease{7, ann, {0, 0, 30}}, GivenLease{8, bob, {0, 40, 10}},
+                            GivenLease{9, bob, {0, 25, 10}}, GivenLease{6, bob, {1, 95, 6}}};
+    Ledger ledger({60, 100}, committed, leases, 5, 50);
+    EXPECT_EQ(ledger.committed_particles(), 20u);
+    EXPECT_TRUE(ledger.held_by(ann, 7));
+    EXPECT_EQ(verdict(ledger, ann, {7, {0, 0, 10}}), ClaimVerdict::current);
+    EXPECT_EQ(verdict(ledger, ann, {7, {0, 10, 10}}), ClaimVerdict::already_committed);
+    EXPECT_FALSE(ledger.holds(8)) << "all of it was committed";
+    EXPECT_FALSE(ledger.holds(9)) << "ann has a part of it";
+    EXPECT_FALSE(ledger.holds(6)) << "the light has 100 particles";
+    EXPECT_EQ(ledger.take_ended(), (std::vector<LeaseId>{8, 9}));
+    EXPECT_EQ(ledger.unleased(), 20u + 100u);
+    IntervalSet given;
+    for (LeaseId id = 100; const auto range = ledger.lease(id, bob, 7, 5, 50); ++id)
+        if (range->light == 0) {
+            EXPECT_TRUE(given.insert(range->first, range->first + range->count));
+        }
+    EXPECT_EQ(given.intervals(), (std::vector<IntervalSet::Interval>{{30, 40}, {50, 60}}));
+    EXPECT_EQ(ledger.expire(51), 1u + 4u + 15u);
 }
 
 }  // namespace

@@ -1,117 +1,12 @@
-#include "master/master_core.h"
-
-#include "tests/simulation/fake_tracer.h"
-#include "tests/simulation/small_scene.h"
+#include "tests/master/master_fixture.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <utility>
 
-namespace lumenfarm {
+namespace lumenfarm::testing {
 namespace {
-
-constexpr SessionId ann = 1, bob = 2;
-constexpr std::uint64_t fingerprint = 7;
-
-/// A master with one job of small_scene(), and what it wants done.
-class MasterTest : public ::testing::Test {
-protected:
-    MasterTest() : master_(policy()) {}
-
-    static MasterPolicy policy() {
-        MasterPolicy policy;
-        policy.fingerprint = fingerprint;
-        return policy;
-    }
-
-    JobId submit(JobSpec spec, std::uint64_t key) {
-        const wire::FileManifest manifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_));
-        take(master_.on_message(embedding_session, wire::Submit(key, spec, manifest), 1, now_s_));
-        const auto admit = find<Admit>();
-        if (!admit) return 0;
-        take(master_.on_admitted(*admit, std::vector<std::uint32_t>{}, now_s_));
-        const auto reply = sent<wire::SubmitReply>(embedding_session);
-        if (const auto prepare = find<Prepare>()) {
-            prepared_ = prepare_job(prepare->spec, bytes_).value();
-            take(master_.on_prepared(prepare->job, prepared_, now_s_), true);
-        }
-        return reply ? reply->job : 0;
-    }
-
-    static JobSpec records_job() {
-        JobSpec spec;
-        spec.particles = 10'000;
-        spec.particles_per_set = 1'000;
-        spec.packing = Packing::records;
-        return spec;
-    }
-
-    void greet(SessionId session, std::uint64_t instance, std::uint64_t print = fingerprint) {
-        take(master_.on_connect(session, "10.0.0.1:1", now_s_));
-        wire::Hello hello(wire::Role::worker, "w", instance);
-        hello.threads = 2;
-        hello.fingerprint = print;
-        take(master_.on_message(session, hello, 0, now_s_));
-    }
-    void join(SessionId session, std::uint64_t instance, std::vector<wire::LeaseProgress> held = {}) {
-        greet(session, instance);
-        take(master_.on_message(session, wire::Progress(0, std::move(held)), 0, now_s_));
-    }
-    std::vector<wire::Lease> pull(SessionId session, std::uint32_t sets) {
-        take(master_.on_message(session, wire::Pull(sets), 0, now_s_));
-        return all_sent<wire::Lease>(session);
-    }
-
-    /// Traces a lease (or the part of it) honestly.
-    std::pair<wire::ResultHits, wire::ResultDone> trace(const wire::Lease& lease, std::uint64_t number,
-                                                        std::optional<ParticleRange> part = {}) {
-        const ParticleRange range = part.value_or(lease.range);
-        TracedHits hits;
-        testing::FakeTracer(prepared_->scene).trace(records_job(), range, hits, nullptr);
-        wire::ResultHits records(wire::PartId(lease.job, number, 0), range.light, hits.records, {});
-        wire::ResultDone done(lease.job, number, {wire::Claim(lease.lease, lease.epoch, range)}, 1, hits.balance, 0.1,
-                              0);
-        return {records, done};
-    }
-    wire::Verdict deliver(SessionId session, const std::pair<wire::ResultHits, wire::ResultDone>& result) {
-        take(master_.on_message(session, result.first, 0, now_s_));
-        take(master_.on_message(session, result.second, 0, now_s_));
-        const auto ack = sent<wire::ResultAck>(session);
-        EXPECT_TRUE(ack.has_value());
-        return ack ? ack->verdict : wire::Verdict::invalid;
-    }
-
-    void take(Effects effects, bool add = false) {
-        if (!add) effects_.clear();
-        for (Effect& effect : effects) effects_.push_back(std::move(effect));
-    }
-    template <class E>
-    std::optional<E> find() const {
-        for (const Effect& effect : effects_)
-            if (const auto* found = std::get_if<E>(&effect)) return *found;
-        return std::nullopt;
-    }
-    template <class M>
-    std::vector<M> all_sent(SessionId session) const {
-        std::vector<M> all;
-        for (const Effect& effect : effects_)
-            if (const auto* send = std::get_if<Send>(&effect); send && send->session == session)
-                if (const auto* message = std::get_if<M>(&send->message)) all.push_back(*message);
-        return all;
-    }
-    template <class M>
-    std::optional<M> sent(SessionId session) const {
-        const auto all = all_sent<M>(session);
-        return all.empty() ? std::nullopt : std::optional<M>(all.front());
-    }
-
-    std::vector<std::byte> bytes_ = encode_scene(testing::small_scene());
-    std::shared_ptr<const PreparedJob> prepared_;
-    MasterCore master_;
-    Effects effects_;
-    double now_s_ = 0;
-};
 
 TEST_F(MasterTest, WorkerIsWelcomeAndLearnsTheJobOnceBeforeItsLeases) {
     submit(records_job(), 1);
@@ -152,9 +47,9 @@ TEST_F(MasterTest, JobRunsToItsEndAndIsDoneWhenItIsStored) {
     EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::running);
     // the last result brought the solution; the Pull after it brought nothing
     EXPECT_EQ(master_.status(job, now_s_)->committed, 10'000u);
-    take(master_.on_solution_stored(job, StoredSolution{}, now_s_));
+    store_solution();
     EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::done);
-    EXPECT_TRUE(find<StoreRecord>()->record.complete);
+    EXPECT_TRUE(master_.record(job)->complete);
 }
 
 TEST_F(MasterTest, LastResultGivesTheSolutionAndTellsTheWorkers) {
@@ -168,21 +63,9 @@ TEST_F(MasterTest, LastResultGivesTheSolutionAndTellsTheWorkers) {
     EXPECT_FALSE(find<StoreSolution>());
     deliver(ann, trace(leases[1], 2));
     ASSERT_TRUE(find<StoreSolution>());
-    EXPECT_TRUE(find<StoreSolution>()->solution->complete());
+    EXPECT_TRUE(find<StoreSolution>()->record.complete);
     EXPECT_TRUE(sent<wire::JobGone>(ann));
     EXPECT_EQ(deliver(ann, trace(leases[1], 3)), wire::Verdict::job_gone);
-}
-
-TEST_F(MasterTest, FailedDiskFailsTheJobWithItsSentence) {
-    JobSpec spec = records_job();
-    spec.particles_per_set = 1'000'000;
-    const JobId job = submit(spec, 1);
-    join(ann, 11);
-    std::uint64_t number = 0;
-    for (const auto& lease : pull(ann, 4)) deliver(ann, trace(lease, ++number));
-    take(master_.on_solution_stored(job, failed("the disk is full"), now_s_));
-    EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::failed);
-    EXPECT_EQ(master_.status(job, now_s_)->sentence, "the disk is full");
 }
 
 TEST_F(MasterTest, RepeatedResultIsMergedOnce) {
@@ -196,7 +79,7 @@ TEST_F(MasterTest, RepeatedResultIsMergedOnce) {
     EXPECT_EQ(master_.discarded(Discard::result_repeated), 1u);
 }
 
-TEST_F(MasterTest, ResultOfAnEarlierLifeIsStale) {
+TEST_F(MasterTest, ResultOfAnotherEpochThanItsLeaseIsStale) {
     submit(records_job(), 1);
     join(ann, 11);
     auto lease = pull(ann, 1)[0];
@@ -213,7 +96,7 @@ TEST_F(MasterTest, LostWorkersSetIsGivenAgainAfterTheGraceAndItsResultIsStale) {
     take(master_.tick(now_s_));
     EXPECT_EQ(master_.status(job, now_s_)->leased, 0u);
     EXPECT_EQ(master_.discarded(Discard::lease_expired), 1u);
-    join(ann, 11, {wire::LeaseProgress(lease.lease, 0)});
+    join(ann, 11, {wire::LeaseProgress(lease.job, lease.lease, 0)});
     EXPECT_EQ(deliver(ann, trace(lease, 1)), wire::Verdict::stale);
     EXPECT_EQ(master_.status(job, now_s_)->results_stale, 1u);
 }
@@ -224,7 +107,7 @@ TEST_F(MasterTest, WorkerThatComesBackGoesOnWithTheLeasesItStates) {
     const auto leases = pull(ann, 2);
     take(master_.on_disconnect(ann, now_s_));
     now_s_ = limits::reconnect_seconds / 2;
-    join(bob, 11, {wire::LeaseProgress(leases[0].lease, 0)});
+    join(bob, 11, {wire::LeaseProgress(leases[0].job, leases[0].lease, 0)});
     EXPECT_EQ(master_.status(job, now_s_)->leased, 1'000u) << "the other lease was lost on the way";
     now_s_ = limits::reconnect_seconds * 2;
     take(master_.tick(now_s_));
@@ -344,6 +227,19 @@ TEST_F(MasterTest, SameKeyIsTheSameJob) {
     EXPECT_FALSE(find<Admit>());
 }
 
+TEST_F(MasterTest, SameKeyIsTheSameJobThoughTheFirstIsStillOnItsWay) {
+    const wire::FileManifest manifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_));
+    take(master_.on_message(embedding_session, wire::Submit(42, records_job(), manifest), 1, now_s_));
+    const auto admit = find<Admit>();
+    ASSERT_TRUE(admit);
+    take(master_.on_message(embedding_session, wire::Submit(42, records_job(), manifest), 2, now_s_));
+    take(master_.on_admitted(*admit, std::vector<std::uint32_t>{}, now_s_));
+    const auto replies = all_sent<wire::SubmitReply>(embedding_session);
+    ASSERT_EQ(replies.size(), 2u);
+    EXPECT_EQ(replies[0].job, replies[1].job);
+    EXPECT_FALSE(find<Admit>());
+}
+
 TEST_F(MasterTest, BadSpecsAndScenesAreRefusedWithTheirSentence) {
     JobSpec spec = records_job();
     spec.particles = 0;
@@ -372,8 +268,8 @@ TEST_F(MasterTest, CancelledJobTakesWhatIsOutstandingAndEnds) {
                                                                             wire::LeaseRef(leases[1].lease, 1)}),
                             0, now_s_));
     ASSERT_TRUE(find<StoreSolution>());
-    EXPECT_EQ(find<StoreSolution>()->solution->balance.particles, 400u);
-    take(master_.on_solution_stored(job, StoredSolution{}, now_s_));
+    EXPECT_EQ(find<StoreSolution>()->record.status.committed, 400u);
+    store_solution();
     EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::cancelled);
     take(master_.on_message(embedding_session, wire::FetchRequest(job), 3, now_s_));
     EXPECT_FALSE(sent<wire::FetchReply>(embedding_session)->complete);
@@ -389,24 +285,6 @@ TEST_F(MasterTest, CancelledJobWaitsForSilentWorkersOnlySoLong) {
     EXPECT_TRUE(find<StoreSolution>());
 }
 
-TEST_F(MasterTest, JobsOfAnEarlierLifeAreKnownAndUnfinishedOnesQueuedAgain) {
-    JobRecord done;
-    done.status.job = 3;
-    done.status.state = wire::JobState::done;
-    done.has_solution = true;
-    JobRecord running;
-    running.spec = records_job();
-    running.status.job = 4;
-    running.status.state = wire::JobState::running;
-    master_.restore(done);
-    master_.restore(running);
-    take(master_.tick(now_s_));
-    EXPECT_EQ(find<Prepare>()->job, 4u);
-    take(master_.on_message(embedding_session, wire::FetchRequest(3), 1, now_s_));
-    EXPECT_TRUE(sent<wire::FetchReply>(embedding_session));
-    EXPECT_EQ(submit(records_job(), 1), 5u) << "numbers go on";
-}
-
 TEST_F(MasterTest, StoppedMasterSaysGoodbyeAndTakesNothing) {
     submit(records_job(), 1);
     join(ann, 11);
@@ -417,4 +295,4 @@ TEST_F(MasterTest, StoppedMasterSaysGoodbyeAndTakesNothing) {
 }
 
 }  // namespace
-}  // namespace lumenfarm
+}  // namespace lumenfarm::testing

@@ -89,7 +89,7 @@ inline std::vector<wire::Message> sample_messages() {
         Lease(4, 2, 12, {1, 5'000, 100}, 1u << 30),
         JobGone(12),
         ReturnLeases(ReturnReason::no_scene, {{4, 2}, {5, 1}}),
-        Progress(1.5e6, {{4, 50}, {5, 0}}),
+        Progress(1.5e6, {{1, 4, 50}, {2, 5, 0}}),
         Drain(12),
         ResultHits(part, 1, records, {}),
         ResultHits(part, 1, records, {70'000, 12}),

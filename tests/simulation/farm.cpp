@@ -1,8 +1,10 @@
 #include "tests/simulation/farm.h"
 
+#include "common/solution/solution_file.h"
 #include "common/support/ensure.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace lumenfarm::testing {
@@ -13,25 +15,28 @@ constexpr double absurd_s = 50'000;
 constexpr JobId the_job = 1;
 constexpr double sleep_s = 40'000;
 
-MasterPolicy policy_of_life(std::uint64_t life) {
-    MasterPolicy policy;
-    policy.fingerprint = 7;
-    policy.epoch = static_cast<std::uint32_t>(life);
-    return policy;
-}
+const std::filesystem::path storage_folder = "/storage";
 
 }  // namespace
 
 Farm::Farm(const JobSpec& spec, const FarmOptions& options)
-    : spec_(spec), options_(options), random_(options.seed), scene_bytes_(encode_scene(small_scene())) {
-    master_ = std::make_unique<MasterCore>(policy_of_life(++master_life_));
+    : spec_(spec),
+      options_(options),
+      random_(options.seed),
+      scene_bytes_(encode_scene(small_scene())),
+      disk_(options.seed),
+      vfs_(disk_, static_cast<int>(options.seed)) {
+    start_master();
     nodes_.resize(options.workers);
-    const wire::FileManifest manifest(scene_digest(scene_bytes_), scene_bytes_.size(), chunk_digests(scene_bytes_));
-    at(0, [this, manifest] {
-        carry_out(master_->on_message(embedding_session, wire::Submit(9, spec_, manifest), 1, now_s_));
+    at(0, [this] { submit(); });
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+        at(uniform(0, 1), [this, i] {
+            if (nodes_[i].life == 0) start_worker(i);
+        });
+    repeat(0, [this] {
+        carry_out(master_->tick(now_s_));
+        commit(true);
     });
-    for (std::size_t i = 0; i < nodes_.size(); ++i) at(uniform(0, 1), [this, i] { start_worker(i); });
-    repeat(0, [this] { carry_out(master_->tick(now_s_)); });
     const auto any = [this] { return std::uniform_int_distribution<std::size_t>(0, nodes_.size() - 1)(random_); };
     if (options.seconds_between_drops > 0) repeat(options.seconds_between_drops, [this, any] { drop(any()); });
     if (options.seconds_between_crashes > 0)
@@ -40,8 +45,66 @@ Farm::Farm(const JobSpec& spec, const FarmOptions& options)
             drop(index);
             start_worker(index);
         });
-    if (options.seconds_between_master_crashes > 0)
-        repeat(options.seconds_between_master_crashes, [this] { master_crash(); });
+    if (options.seconds_between_power_cuts > 0)
+        repeat(options.seconds_between_power_cuts, [this] {
+            // most often in the midst of something
+            if (uniform(0, 1) < 0.2) return cut_power();
+            disk_.crash_at(std::uniform_int_distribution<std::uint64_t>(1, 12)(random_));
+        });
+    if (options.seconds_between_full_disks > 0) repeat(options.seconds_between_full_disks, [this] { fill_disk(); });
+}
+
+/// Tries until the disk gives what it has: the power may fail while the master starts, too.
+void Farm::start_master() {
+    while (violations_.empty()) {
+        ++master_life_;
+        auto storage = Storage::open(disk_, storage_folder, vfs_.name());
+        auto start = storage ? (*storage)->start() : Result<Storage::Start>(storage.error());
+        if (start) return begin_life(std::move(*storage), std::move(*start));
+        if (disk_.has_power() && start.error().code != ErrorCode::no_space)
+            violations_.push_back("the master does not start: " + start.error().sentence);
+        disk_.power_off();
+        if (storage) storage->reset();
+        disk_.crash(random_);
+        disk_.set_capacity(std::numeric_limits<std::uint64_t>::max());
+    }
+}
+
+void Farm::begin_life(std::unique_ptr<Storage> storage, Storage::Start start) {
+    for (const std::string& warning : start.warnings) violations_.push_back(warning);
+    storage_ = std::move(storage);
+    MasterPolicy policy;
+    policy.fingerprint = 7;
+    policy.epoch = start.life;
+    policy.first_job = start.next_job;
+    policy.checkpoint_seconds = options_.checkpoint_seconds;
+    master_ = std::make_unique<MasterCore>(policy);
+    commits_ = {};
+    storage_free_s_ = now_s_;
+    for (JobRecord& record : start.records) master_->restore(std::move(record));
+}
+
+void Farm::cut_power() {
+    disk_.power_off();
+    storage_.reset();
+    disk_.crash(random_);
+    start_master();
+    for (std::size_t i = 0; i < nodes_.size(); ++i) drop(i);
+    if (!submitted_) at(now_s_ + 1, [this] { submit(); });
+}
+
+/// The client asks again until it has its answer.
+void Farm::submit() {
+    if (submitted_) return;
+    const wire::FileManifest manifest(scene_digest(scene_bytes_), scene_bytes_.size(), chunk_digests(scene_bytes_));
+    (void)storage_->put_scene(scene_bytes_);
+    if (storage_->broken()) return cut_power();
+    carry_out(master_->on_message(embedding_session, wire::Submit(9, spec_, manifest), 1, now_s_));
+}
+
+void Farm::fill_disk() {
+    disk_.set_capacity(disk_.used() + std::uniform_int_distribution<std::uint64_t>(0, 20'000)(random_));
+    at(now_s_ + uniform(0.5, 15), [this] { disk_.set_capacity(std::numeric_limits<std::uint64_t>::max()); });
 }
 
 void Farm::at(double time_s, std::function<void()> event) { events_.push({time_s, ++events_made_, std::move(event)}); }
@@ -64,6 +127,7 @@ bool Farm::run() {
     while (now_s_ < absurd_s) {
         const wire::JobState now = state();
         if (now != wire::JobState::queued && now != wire::JobState::running) return true;
+        if (!violations_.empty()) return false;
         Event next = events_.top();
         events_.pop();
         now_s_ = next.time_s;
@@ -83,7 +147,7 @@ void Farm::start_worker(std::size_t index) {
     node.slice_s = options_.one_worker_sleeps && index == 0 ? sleep_s : uniform(0.01, 0.2);
     worker::WorkerIdentity identity;
     identity.name = "worker " + std::to_string(index);
-    identity.instance = next_instance_++;
+    identity.instance = node.instance = next_instance_++;
     identity.threads = options_.threads;
     identity.fingerprint = 7;
     node.core = std::make_unique<worker::WorkerCore>(identity);
@@ -124,16 +188,9 @@ void Farm::drop(std::size_t index) {
     carry_out(master_->on_disconnect(session, now_s_));
     carry_out(index, node.core->on_disconnect(std::nullopt, now_s_));
     const std::uint64_t life = node.life;
-    at(now_s_ + uniform(0.5, 15), [this, index, life] {
+    at(now_s_ + std::min(0.2 + exponential(2), 15.0), [this, index, life] {
         if (nodes_[index].life == life && nodes_[index].session == 0) connect(index);
     });
-}
-
-void Farm::master_crash() {
-    if (!record_) return;
-    master_ = std::make_unique<MasterCore>(policy_of_life(++master_life_));
-    carry_out(master_->restore(*record_));
-    for (std::size_t i = 0; i < nodes_.size(); ++i) drop(i);
 }
 
 // The master's effects
@@ -142,12 +199,18 @@ void Farm::carry_out(Effects effects) {
     for (Effect& effect : effects) std::visit([&](auto& each) { carry_out(each); }, effect);
 }
 
-void Farm::carry_out(Send& send) { to_worker(send.session, std::move(send.message)); }
+void Farm::carry_out(Send& send) {
+    if (send.session != embedding_session) return to_worker(send.session, std::move(send.message));
+    const auto* reply = std::get_if<wire::SubmitReply>(&send.message);
+    submitted_ = submitted_ || (reply && reply->job != 0);
+    if (!submitted_) at(now_s_ + 1, [this] { submit(); });
+}
 
 void Farm::to_worker(SessionId session, wire::Message message) {
     const auto found = sessions_.find(session);
     if (found == sessions_.end()) return;
     Node& node = nodes_[found->second];
+    if (const auto* ack = std::get_if<wire::ResultAck>(&message)) note_answer(node.instance, *ack);
     node.last_to_worker_s = std::max(node.last_to_worker_s, now_s_ + uniform(0.001, 0.05));
     auto shared = std::make_shared<wire::Message>(std::move(message));
     at(node.last_to_worker_s, [this, index = found->second, session, shared] {
@@ -161,27 +224,90 @@ void Farm::carry_out(Close& close) {
     if (found != sessions_.end()) drop(found->second);
 }
 
-void Farm::carry_out(Admit& admit) {
-    record_ = admit.record;
-    at(now_s_ + 0.1, [this, admit, life = master_life_] {
-        if (life == master_life_) carry_out(master_->on_admitted(admit, std::vector<std::uint32_t>{}, now_s_));
+template <class Work, class Then>
+void Farm::slowly(Work work, Then then) {
+    storage_free_s_ = std::max(storage_free_s_, now_s_) + uniform(0.001, 0.1);
+    at(storage_free_s_, [this, work, then, life = master_life_] {
+        if (life != master_life_) return;
+        const auto result = work();
+        if (storage_->broken()) return cut_power();
+        carry_out(then(result));
     });
+}
+
+void Farm::carry_out(Admit& admit) {
+    slowly([this, admit] { return storage_->admit(admit); },
+           [this, admit](const Result<std::vector<std::uint32_t>>& missing) {
+               return master_->on_admitted(admit, missing, now_s_);
+           });
 }
 
 void Farm::carry_out(Prepare& prepare) {
-    at(now_s_ + 0.1, [this, prepare, life = master_life_] {
-        if (life == master_life_)
-            carry_out(master_->on_prepared(prepare.job, prepare_job(prepare.spec, scene_bytes_), now_s_));
-    });
+    slowly([this, prepare] { return storage_->prepare(prepare); },
+           [this, job = prepare.job.id()](const Result<RecoveredJob>& recovered) {
+               if (recovered) check(*recovered);
+               return master_->on_prepared(job, recovered, now_s_);
+           });
+}
+
+void Farm::carry_out(StoreResult& store) {
+    commits_.add(std::move(store));
+    commit(false);
+}
+
+void Farm::commit(bool leases_too) {
+    const auto batch = commits_.begin(leases_too);
+    if (!batch) return;
+    slowly([this, batch] { return storage_->commit(*batch); },
+           [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
+               commits_.end();
+               Effects effects = master_->on_results_stored(batch->tickets(), stored, now_s_);
+               commit(false);
+               return effects;
+           });
+}
+
+void Farm::carry_out(StoreSnapshot& store) {
+    slowly([this, store] { return storage_->store(store); }, [](const Result<void>&) { return Effects{}; });
+}
+
+void Farm::carry_out(StoreRecord& store) {
+    slowly([this, store] { return storage_->put(store.record); },
+           [this, store](const Result<void>& stored) { return master_->on_record_stored(store, stored, now_s_); });
 }
 
 void Farm::carry_out(StoreSolution& store) {
-    at(now_s_ + uniform(0.01, 1), [this, store, life = master_life_] {
-        if (life != master_life_) return;
-        solution_ = store.solution;
-        ++solutions_;
-        carry_out(master_->on_solution_stored(store.job, StoredSolution{solution_digest(*store.solution), {}}, now_s_));
-    });
+    slowly(
+        [this, store] { return storage_->store(store); },
+        [this, store](const Result<JobRecord>& stored) { return master_->on_solution_stored(store, stored, now_s_); });
+}
+
+void Farm::note_answer(WorkerId worker, const wire::ResultAck& ack) {
+    if (ack.verdict != wire::Verdict::accepted) return;
+    for (const wire::Claim& claim : offers_.at({worker, ack.result})) {
+        const ParticleRange& range = claim.range;
+        acknowledged_.resize(std::max<std::size_t>(acknowledged_.size(), range.light + 1));
+        IntervalSet& light = acknowledged_[range.light];
+        for (const auto& gap : light.gaps(range.first, range.first + range.count)) light.insert(gap.begin, gap.end);
+    }
+}
+
+/// What was acknowledged in earlier lives is there.
+void Farm::check(const RecoveredJob& recovered) {
+    for (const std::string& damage : recovered.damages) violations_.push_back(damage);
+    for (std::size_t light = 0; light < acknowledged_.size(); ++light)
+        for (const auto& interval : acknowledged_[light].intervals())
+            if (!recovered.committed[light].covers(interval.begin, interval.end))
+                violations_.push_back("particles " + std::to_string(interval.begin) + " to " +
+                                      std::to_string(interval.end) + " of light " + std::to_string(light) +
+                                      " were acknowledged, and are gone");
+}
+
+Solution Farm::solution() {
+    const JobRecord* record = master_->record(the_job);
+    ensure(record && record->has_solution, "the job has ended with a solution");
+    const auto bytes = storage_->files().read(record->solution_file).value();
+    return decode_solution(bytes, small_scene(), scene_digest(scene_bytes_)).value();
 }
 
 void Farm::carry_out(ServeManifest& serve) {
@@ -216,6 +342,8 @@ void Farm::carry_out(std::size_t index, worker::Send& send) { to_master(index, s
 void Farm::to_master(std::size_t index, wire::Message message) {
     Node& node = nodes_[index];
     if (node.session == 0) return;
+    if (const auto* done = std::get_if<wire::ResultDone>(&message))
+        offers_[{node.instance, done->result}] = done->claims;
     node.last_to_master_s = std::max(node.last_to_master_s, now_s_ + uniform(0.001, 0.05));
     auto shared = std::make_shared<wire::Message>(std::move(message));
     at(node.last_to_master_s, [this, session = node.session, shared] {

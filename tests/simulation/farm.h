@@ -1,7 +1,11 @@
 #pragma once
 
+#include "master/commit_queue.h"
 #include "master/master_core.h"
+#include "master/storage.h"
 #include "tests/simulation/fake_tracer.h"
+#include "tests/simulation/simulated_disk.h"
+#include "tests/simulation/simulated_vfs.h"
 #include "tests/simulation/small_scene.h"
 #include "worker/worker_core.h"
 
@@ -14,17 +18,19 @@
 #include <random>
 #include <vector>
 
-/// A whole farm in one thread under a fake clock: the real cores, a fake tracer, a network that delays and drops. One
-/// seed replays it.
+/// A whole farm in one thread under a fake clock: the real cores and the real storage, a fake tracer, a network that
+/// delays and drops, a disk that loses its power and is full. One seed replays it.
 namespace lumenfarm::testing {
 
 struct FarmOptions {
     std::uint64_t seed = 1;
     std::size_t workers = 3;
     std::uint32_t threads = 2;
-    double seconds_between_drops = 0;    ///< of connections; 0: never
-    double seconds_between_crashes = 0;  ///< of workers, which start again as new processes
-    double seconds_between_master_crashes = 0;
+    double seconds_between_drops = 0;       ///< of connections; 0: never
+    double seconds_between_crashes = 0;     ///< of workers, which start again as new processes
+    double seconds_between_power_cuts = 0;  ///< of the master; it starts again with what the disk has left
+    double seconds_between_full_disks = 0;  ///< for some seconds each
+    double checkpoint_seconds = 10;
     bool one_worker_sleeps = false;  ///< is alive, and traces nothing for a very long time
 };
 
@@ -39,8 +45,11 @@ public:
     void cancel();
     void drain_worker(std::size_t index);
     const MasterCore& master() const { return *master_; }
-    std::shared_ptr<const Solution> solution() const { return solution_; }
-    std::uint64_t solutions() const { return solutions_; }
+    /// As it lies on the master's disk. REQUIRES: the job is over.
+    Solution solution();
+    /// What must never happen, a sentence each: acknowledged work that is gone, damage where only the power was cut.
+    const std::vector<std::string>& violations() const { return violations_; }
+    std::uint64_t power_cuts() const { return master_life_ - 1; }
     wire::JobState state() const;
     double now_s() const { return now_s_; }
     std::size_t workers_finished() const { return finished_; }
@@ -56,11 +65,18 @@ private:
         std::unique_ptr<worker::WorkerCore> core;
         std::uint64_t life = 0;  ///< events of an earlier process are dropped
         SessionId session = 0;   ///< 0: not connected
+        WorkerId instance = 0;
         double slice_s = 0;
         double last_to_master_s = 0, last_to_worker_s = 0;  ///< TCP keeps the order
         std::vector<SlotRun> slots;
         std::shared_ptr<const SceneContext> scene;
         bool over = false;
+    };
+    /// A result that a worker has offered.
+    struct Offer {
+        WorkerId worker;
+        std::uint64_t result;
+        auto operator<=>(const Offer&) const = default;
     };
     struct Event {
         double time_s;
@@ -77,7 +93,17 @@ private:
     void start_worker(std::size_t index);
     void connect(std::size_t index);
     void drop(std::size_t index);
-    void master_crash();
+    void start_master();
+    void begin_life(std::unique_ptr<Storage> storage, Storage::Start start);
+    void cut_power();
+    void submit();
+    void fill_disk();
+    void check(const RecoveredJob& recovered);
+    void note_answer(WorkerId worker, const wire::ResultAck& ack);
+    /// Carries `work` out on the master's storage after what was asked for before, then tells the master.
+    template <class Work, class Then>
+    void slowly(Work work, Then then);
+    void commit(bool leases_too);
     void beat(std::size_t index, std::uint64_t life);
     void repeat(double mean_s, std::function<void()> event);
 
@@ -89,7 +115,10 @@ private:
     void carry_out(ServeManifest& serve);
     void carry_out(ServeChunk& serve);
     void carry_out(Prepare& prepare);
-    void carry_out(StoreRecord& store) { record_ = store.record; }
+    void carry_out(StoreResult& store);
+    void carry_out(StoreLeases& leases) { commits_.add(leases); }
+    void carry_out(StoreSnapshot& store);
+    void carry_out(StoreRecord& store);
     void carry_out(StoreSolution& store);
     void to_worker(SessionId session, wire::Message message);
 
@@ -113,9 +142,17 @@ private:
     FarmOptions options_;
     std::mt19937_64 random_;
     std::vector<std::byte> scene_bytes_;
+    SimulatedDisk disk_;
+    SimulatedVfs vfs_;
+    std::unique_ptr<Storage> storage_;
     std::unique_ptr<MasterCore> master_;
     std::uint64_t master_life_ = 0;
-    std::optional<JobRecord> record_;
+    CommitQueue commits_;
+    double storage_free_s_ = 0;  ///< when it has done what it was asked for
+    bool submitted_ = false;
+    std::map<Offer, std::vector<wire::Claim>> offers_;
+    std::vector<IntervalSet> acknowledged_;  ///< by light
+    std::vector<std::string> violations_;
     std::vector<Node> nodes_;
     std::map<SessionId, std::size_t> sessions_;
     SessionId next_session_ = 1;
@@ -123,8 +160,6 @@ private:
     std::priority_queue<Event> events_;
     std::uint64_t events_made_ = 0;
     double now_s_ = 0;
-    std::shared_ptr<const Solution> solution_;
-    std::uint64_t solutions_ = 0;
     std::size_t finished_ = 0;
     std::uint64_t most_results_held_ = 0;
 };

@@ -43,6 +43,13 @@ TEST(IntervalSet, AgreesWithABitmapOverRandomRanges) {
         }
         EXPECT_EQ(set.overlaps(begin, end), any);
         EXPECT_EQ(set.covers(begin, end), all);
+        Intervals gaps;
+        for (auto k = begin; k < end; ++k) {
+            if (there[k]) continue;
+            if (gaps.empty() || gaps.back().end != k) gaps.push_back({k, k});
+            gaps.back().end = k + 1;
+        }
+        EXPECT_EQ(set.gaps(begin, end), gaps);
         const bool inserted = i % 3 == 0 && set.insert(begin, end);
         EXPECT_EQ(inserted, i % 3 == 0 && !any && begin < end);
         for (auto k = begin; inserted && k < end; ++k) there[k] = true;

@@ -182,7 +182,11 @@ TEST_F(WorkerTest, ResultsAreKeptUntilAnsweredAndSentAgainAfterAReconnect) {
     take(core_.on_disconnect(std::nullopt, now_s_));
     EXPECT_EQ(core_.results_held(), 1u);
     welcome();
-    EXPECT_EQ(sent<wire::Progress>()->leases.size(), 1u) << "the lease is stated";
+    ASSERT_EQ(sent<wire::Progress>()->leases.size(), 1u) << "the lease is stated";
+    EXPECT_EQ(sent<wire::Progress>()->leases[0].job, 1u);
+    EXPECT_TRUE(pump().empty()) << "the master may have to read the job from its disk first";
+    hear(info(Packing::records));
+    EXPECT_FALSE(find<LoadScene>()) << "it is the same job";
     const auto again = pump();
     ASSERT_EQ(again.size(), 1u);
     hear(wire::ResultAck(1, again[0].result, wire::Verdict::accepted));

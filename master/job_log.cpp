@@ -1,0 +1,145 @@
+#include "master/job_log.h"
+
+#include "common/scene/scene_file.h"
+#include "common/solution/solution_file.h"
+#include "master/result_bytes.h"
+
+#include <xxhash.h>
+
+#include <charconv>
+#include <utility>
+
+namespace lumenfarm {
+
+JobLog::JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job,
+               std::shared_ptr<const PreparedJob> prepared)
+    : disk_(disk),
+      folder_(std::move(folder)),
+      job_(job.id()),
+      spec_(job.spec),
+      scene_(job.status.scene),
+      sums_(spec_, std::move(prepared)) {}
+
+std::filesystem::path JobLog::path(std::uint64_t segment) const {
+    return folder_ / (std::to_string(job_) + "-" + std::to_string(segment));
+}
+
+Result<void> JobLog::find_segments() {
+    const auto names = disk_.list(folder_);
+    if (!names) return names.error();
+    const std::string of_job = std::to_string(job_) + "-";
+    for (const std::string& name : *names) {
+        if (!name.starts_with(of_job)) continue;
+        std::uint64_t segment = 0;
+        const char* end = name.data() + name.size();
+        const auto read = std::from_chars(name.data() + of_job.size(), end, segment);
+        if (read.ec == std::errc() && read.ptr == end) segments_.insert(segment);
+    }
+    return {};
+}
+
+Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kept, const FileStore& files) {
+    if (const auto found = find_segments(); !found) return found.error();
+    std::vector<std::string> damages;
+    const std::string name = "job " + std::to_string(job_);
+    if (kept.damaged > 0)
+        damages.push_back(std::to_string(kept.damaged) + " rows of " + name + " are damaged in the database");
+    if (kept.snapshot)
+        if (const auto damage = recover_snapshot(*kept.snapshot, files))
+            damages.push_back("the snapshot of " + name + " is lost: " + *damage);
+    for (const StoredResult& stored : kept.results)
+        if (const auto read = recover_result(stored); !read)
+            damages.push_back("result " + std::to_string(stored.number) + " of " + name +
+                              " is lost: " + read.error().sentence);
+    next_result_ = kept.next_result;
+    return damages;
+}
+
+std::optional<std::string> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore& files) {
+    const auto bytes = files.read(snapshot.file);
+    if (!bytes) return bytes.error().sentence;
+    auto solution = decode_solution(*bytes, sums_.prepared().scene, scene_);
+    if (!solution) return solution.error().sentence;
+    if (solution->spec != spec_) return "it is of another job";
+    sums_.restore(std::move(*solution));
+    snapshot_ = snapshot.file;
+    return std::nullopt;
+}
+
+Result<void> JobLog::recover_result(const StoredResult& stored) {
+    const auto bytes = read_segment(disk_, path(stored.segment), stored.offset, stored.bytes);
+    if (!bytes) return bytes.error();
+    if (XXH3_64bits(bytes->data(), bytes->size()) != stored.checksum)
+        return failed("'" + path(stored.segment).string() + "' is damaged at byte " + std::to_string(stored.offset));
+    const auto result = decode_result(*bytes, job_, spec_, sums_.prepared());
+    if (!result) return result.error();
+    if (!sums_.fits(*result)) return failed("its particles were merged already");
+    sums_.merge(*result);
+    ++kept_results_;
+    kept_bytes_ += stored.bytes;
+    return {};
+}
+
+Result<StoredResult> JobLog::append(const StagedResult& result) {
+    if (!segment_) {
+        const std::uint64_t number = segments_.empty() ? 0 : *segments_.rbegin() + 1;
+        auto made = Segment::make(disk_, path(number));
+        if (!made) return made.error();
+        segment_ = std::move(*made);
+        segments_.insert(number);
+    }
+    const std::vector<std::byte> bytes = encode_result(result);
+    const auto offset = segment_->append(bytes);
+    if (!offset) return offset.error();
+    ++appended_results_;
+    appended_bytes_ += bytes.size();
+    return StoredResult{job_,    next_result_++, *segments_.rbegin(),
+                        *offset, bytes.size(),   XXH3_64bits(bytes.data(), bytes.size())};
+}
+
+Result<void> JobLog::sync() { return segment_ ? segment_->sync() : Result<void>(); }
+
+void JobLog::keep() {
+    if (segment_) segment_->keep();
+    kept_results_ += std::exchange(appended_results_, 0);
+    kept_bytes_ += std::exchange(appended_bytes_, 0);
+}
+
+Result<void> JobLog::undo() {
+    next_result_ -= std::exchange(appended_results_, 0);
+    appended_bytes_ = 0;
+    return segment_ ? segment_->undo() : Result<void>();
+}
+
+JobLog::Encoded JobLog::solution(const JobEffort& effort) {
+    Solution solution = sums_.take(scene_);
+    solution.time.total_s = effort.elapsed_s;
+    solution.time.workers = effort.workers;
+    Encoded encoded{encode_solution(solution), solution_digest(solution)};
+    sums_.restore(std::move(solution));
+    return encoded;
+}
+
+bool JobLog::snapshot_pays() const {
+    return kept_results_ > limits::results_per_snapshot_max || (kept_results_ > 0 && kept_bytes_ >= sums_.bytes());
+}
+
+Result<void> JobLog::begin_after(const Digest& snapshot) {
+    snapshot_ = snapshot;
+    kept_results_ = kept_bytes_ = 0;
+    segment_.reset();
+    const std::uint64_t last = segments_.empty() ? 0 : *segments_.rbegin();
+    auto removed = remove_segments();
+    segments_.insert(last);  // its number is not used again
+    return removed;
+}
+
+Result<void> JobLog::remove_segments() {
+    segment_.reset();
+    for (const std::uint64_t segment : segments_)
+        if (auto removed = disk_.remove(path(segment)); !removed) return removed;
+    segments_.clear();
+    return {};
+}
+
+}  // namespace lumenfarm

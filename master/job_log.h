@@ -1,0 +1,78 @@
+#pragma once
+
+#include "master/disk/file_store.h"
+#include "master/disk/segment.h"
+#include "master/job_store.h"
+#include "master/job_sums.h"
+#include "master/recovered_job.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+/// A running job on the disk: its results in segments, FOLDER/<job>-<number>, and what they add up to in memory. A
+/// life of the master begins a segment of its own and never writes into an older one.
+namespace lumenfarm {
+
+class JobLog {
+public:
+    /// REQUIRES: the folder is there; `disk` outlives this.
+    JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job, std::shared_ptr<const PreparedJob> prepared);
+
+    /// Adds up what earlier lives have kept. What is damaged is left out, so that its particles are traced again; a
+    /// sentence for each. Errors: failed (the folder can't be read).
+    Result<std::vector<std::string>> recover(const JobStore::Unfinished& kept, const FileStore& files);
+
+    /// Writes a result behind those before. sync() makes them last. Then all of them are committed to the job store,
+    /// kept and merged, or all are undone. Errors: no_space, failed.
+    Result<StoredResult> append(const StagedResult& result);
+    Result<void> sync();
+    void keep();
+    void merge(const StagedResult& result) { sums_.merge(result); }
+    Result<void> undo();
+
+    /// What was merged, as a solution.
+    struct Encoded {
+        std::vector<std::byte> bytes;
+        Digest digest;  ///< of the result
+    };
+    Encoded solution(const JobEffort& effort);
+
+    /// True when what came since the last snapshot takes longer to read again than a snapshot would.
+    bool snapshot_pays() const;
+    std::uint64_t next_result() const { return next_result_; }
+    const std::optional<Digest>& snapshot() const { return snapshot_; }
+    /// The snapshot of everything merged counts: the segments before go. Errors: failed.
+    Result<void> begin_after(const Digest& snapshot);
+    /// Errors: failed.
+    Result<void> remove_segments();
+
+    const JobSums& sums() const { return sums_; }
+
+private:
+    std::filesystem::path path(std::uint64_t segment) const;
+    Result<void> find_segments();
+    std::optional<std::string> recover_snapshot(const Snapshot& snapshot, const FileStore& files);
+    Result<void> recover_result(const StoredResult& stored);
+
+    Disk& disk_;
+    std::filesystem::path folder_;
+    JobId job_;
+    JobSpec spec_;
+    Digest scene_;
+    JobSums sums_;
+    std::optional<Segment> segment_;    ///< of this life, since the last snapshot
+    std::set<std::uint64_t> segments_;  ///< on the disk
+    std::uint64_t next_result_ = 0;
+    std::uint64_t kept_results_ = 0;  ///< since the last snapshot
+    std::uint64_t kept_bytes_ = 0;
+    std::uint64_t appended_results_ = 0;  ///< since keep() or undo()
+    std::uint64_t appended_bytes_ = 0;
+    std::optional<Digest> snapshot_;
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,135 @@
+#include "master/master_core.h"
+
+#include "common/support/ensure.h"
+
+#include <algorithm>
+#include <utility>
+
+/// The master's core: what is on its way to the disk. Nobody is answered before it lasts (law 6).
+namespace lumenfarm {
+
+void MasterCore::store(Session& session, Job& job, StagedResult result) {
+    const std::uint64_t ticket = ++tickets_given_;
+    auto shared = std::make_shared<const StagedResult>(std::move(result));
+    staged_bytes_ += shared->bytes();
+    ++job.results_on_their_way;
+    effects_.push_back(StoreResult{ticket, job.record.id(), shared});
+    Storing storing;
+    storing.job = job.record.id();
+    storing.worker = session.instance();
+    storing.result = std::move(shared);
+    storing_.emplace(ticket, std::move(storing));
+}
+
+/// A result with particles that are on their way is answered after them: repeated then, unless it is the same one, sent
+/// again over a new connection.
+void MasterCore::wait_for(WorkerId worker, const wire::ResultDone& done) {
+    const auto covers = [&](const wire::Claim& claim, const wire::ResultDone& other) {
+        return std::any_of(other.claims.begin(), other.claims.end(), [&](const wire::Claim& theirs) {
+            return theirs.range.light == claim.range.light &&
+                   theirs.range.first < claim.range.first + claim.range.count &&
+                   claim.range.first < theirs.range.first + theirs.range.count;
+        });
+    };
+    for (auto it = storing_.rbegin(); it != storing_.rend(); ++it) {
+        Storing& storing = it->second;
+        const wire::ResultDone& first = storing.result->done();
+        const auto overlaps = [&](const wire::Claim& claim) { return covers(claim, first); };
+        if (storing.job != done.job || std::none_of(done.claims.begin(), done.claims.end(), overlaps)) continue;
+        if (storing.worker != worker || first.result != done.result) storing.repeated.emplace_back(worker, done);
+        return;
+    }
+    ensure(false, "particles that are being stored are on their way");
+}
+
+Effects MasterCore::on_results_stored(std::span<const std::uint64_t> tickets,
+                                      const Result<std::map<JobId, std::uint64_t>>& stored, double now_s) {
+    if (!stored) {
+        for (const std::uint64_t ticket : tickets) storing_.at(ticket).waiting_for_space = true;
+        await_space(stored.error(), now_s);
+        return settle_and_take(now_s);
+    }
+    if (!tickets.empty()) no_space_.reset();
+    for (const std::uint64_t ticket : tickets) commit(ticket, now_s);
+    for (const auto& [id, threshold] : *stored) {
+        Job* job = find(id);
+        if (!job || !job->active) continue;
+        job->active->set_keep_threshold(threshold);
+        end_if_finished(*job, now_s);
+    }
+    return settle_and_take(now_s);
+}
+
+void MasterCore::commit(std::uint64_t ticket, double now_s) {
+    const Storing storing = std::move(storing_.extract(ticket).mapped());
+    staged_bytes_ -= storing.result->bytes();
+    Job& job = jobs_.at(storing.job);
+    --job.results_on_their_way;
+    job.active->commit(*storing.result);
+    job.contributors.insert(storing.worker);
+    answer(storing.worker, storing.job, storing.result->number(), {}, now_s);
+    for (const auto& [worker, done] : storing.repeated) {
+        job.active->take_back(worker, claims_of(done));
+        answer(worker, done.job, done.result, {wire::Verdict::already_merged, "particles of it are committed"}, now_s);
+    }
+}
+
+void MasterCore::store_record(Job& job) {
+    ++job.records_on_their_way;
+    effects_.push_back(StoreRecord{job.record});
+}
+
+Effects MasterCore::on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s) {
+    if (Job* job = find(store.record.id())) {
+        --job->records_on_their_way;
+        if (stored) {
+            answer_cancel(*job);
+        } else {
+            job->waiting_for_space = StoreRecord{job->record};
+            await_space(stored.error(), now_s);
+        }
+    }
+    return settle_and_take(now_s);
+}
+
+void MasterCore::await_space(const Error& error, double now_s) {
+    no_space_ = error.sentence;
+    retry_s_ = now_s + limits::disk_retry_seconds;
+}
+
+void MasterCore::try_again(double now_s) {
+    if (!no_space_ || now_s < retry_s_) return;
+    retry_s_ = now_s + limits::disk_retry_seconds;
+    bool waiting = false;
+    for (auto& [id, job] : jobs_) {
+        if (!job.waiting_for_space) continue;
+        waiting = true;
+        job.records_on_their_way += std::holds_alternative<StoreRecord>(*job.waiting_for_space);
+        effects_.push_back(*std::exchange(job.waiting_for_space, std::nullopt));
+    }
+    for (auto& [ticket, storing] : storing_) {
+        if (!storing.waiting_for_space) continue;
+        waiting = true;
+        storing.waiting_for_space = false;
+        effects_.push_back(StoreResult{ticket, storing.job, storing.result});
+    }
+    if (!waiting) no_space_.reset();
+}
+
+void MasterCore::store_snapshot(Job& job, double now_s) {
+    if (no_space_ || now_s < job.snapshot_s + policy_.checkpoint_seconds) return;
+    job.snapshot_s = now_s;
+    effects_.push_back(StoreSnapshot{job.record.id(), effort_of(job, now_s)});
+}
+
+void MasterCore::collect_ended_leases() {
+    StoreLeases leases;
+    for (auto& [id, job] : jobs_) {
+        if (!job.active) continue;
+        const std::vector<LeaseId> ended = job.active->ledger().take_ended();
+        leases.ended.insert(leases.ended.end(), ended.begin(), ended.end());
+    }
+    if (!leases.ended.empty()) effects_.push_back(std::move(leases));
+}
+
+}  // namespace lumenfarm

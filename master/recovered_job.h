@@ -1,0 +1,33 @@
+#pragma once
+
+#include "common/solution/interval_set.h"
+#include "master/job.h"
+#include "master/job_store.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// What the core learns of a job from the disk.
+namespace lumenfarm {
+
+/// How long a job has taken, and by how many workers.
+struct JobEffort {
+    double elapsed_s = 0;
+    std::uint32_t workers = 0;
+};
+
+/// A job that may begin, or go on where an earlier life of the master left it.
+struct RecoveredJob {
+    std::shared_ptr<const PreparedJob> prepared;
+    std::vector<IntervalSet> committed;  ///< by light
+    EnergyBalance balance;
+    double trace_s = 0;
+    JobEffort effort;
+    std::uint64_t keep_threshold = 0;
+    std::vector<GivenLease> leases;
+    std::vector<std::string> damages;  ///< what was lost, one sentence each; its particles are traced again
+};
+
+}  // namespace lumenfarm
