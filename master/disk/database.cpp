@@ -13,7 +13,7 @@ namespace lumenfarm {
 namespace {
 
 constexpr int log_pages = 1'000;
-constexpr int rewrite_bytes = 1 << 20;
+constexpr int rewrite_bytes = 64 << 10;   // SQLite takes less than 128 KiB in one call
 constexpr int busy_milliseconds = 2'000;  // somebody may be looking into the file
 
 /// SQLite says itself that a disk is full, but not that a quota is used up, or that there is no room for a new name.

@@ -65,6 +65,21 @@ TEST(Database, ACommitWhileAStatementReadsLeavesTheLogForLater) {
     EXPECT_EQ(count(database), 3u);
 }
 
+TEST(Database, ALongLogOfALifeThatWasKilledIsTakenOver) {
+    const testing::Folder folder;
+    const auto file = folder / "numbers.sqlite", copy = folder / "copy.sqlite";
+    Database database = std::move(Database::open(file, both).value());
+    const std::vector<std::byte> bytes(1'000'000, std::byte{5});
+    for (std::uint64_t i = 0; i < 3; ++i)
+        ASSERT_TRUE(database.prepare("INSERT INTO numbers VALUES (?, ?)")->bind(i).bind(bytes).run().has_value());
+    std::filesystem::copy_file(file, copy);
+    std::filesystem::copy_file(file.string() + "-wal", copy.string() + "-wal");
+    ASSERT_GT(std::filesystem::file_size(copy.string() + "-wal"), 2'000'000u);
+    auto next = Database::open(copy, both);
+    ASSERT_TRUE(next.has_value()) << next.error().sentence;
+    EXPECT_EQ(count(*next), 3u);
+}
+
 TEST(Database, NumbersKeepAllBitsAndBytesAll) {
     Database database = std::move(Database::open(":memory:", both).value());
     constexpr std::uint64_t large = 0xffff'ffff'ffff'fff0;

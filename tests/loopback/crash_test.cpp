@@ -1,0 +1,88 @@
+#include "tests/loopback/farm_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <thread>
+
+/// Daemons that are killed (SIGKILL) at random instants. LUMENFARM_TEST_KILLS: how often; a few by default.
+namespace lumenfarm::testing {
+namespace {
+
+class CrashingFarm : public Farm {
+protected:
+    static int kills() {
+        const char* wanted = std::getenv("LUMENFARM_TEST_KILLS");
+        return wanted ? std::atoi(wanted) : 6;
+    }
+    std::chrono::milliseconds some_time() {
+        return std::chrono::milliseconds(std::uniform_int_distribution(0, 1'500)(random_));
+    }
+
+    /// One job after the other, each of another seed and the other packing.
+    void submit_next() {
+        ++jobs_;
+        const std::string job = std::to_string(jobs_);
+        ASSERT_EQ(
+            lumenfarm({"submit", scene_, "--particles", "3M", "--particles-per-set", "20k", "--seed", job, "--packing",
+                       jobs_ % 2 == 0 ? "maps" : "records", "--keep-hits", "500", "--master", address_}),
+            job + "\n");
+    }
+    bool last_job_is_over() {
+        const auto state = json({"status", std::to_string(jobs_), "--json", "--master", address_}).at("state");
+        return state != "queued" && state != "running";
+    }
+    /// Every job has ended as it would have in one process without a crash.
+    void expect_right_digests() {
+        for (std::uint64_t job = 1; job <= jobs_; ++job) {
+            SCOPED_TRACE(job);
+            ASSERT_TRUE(
+                until_job(job, [](const wire::JobStatus& status) { return status.state == wire::JobState::done; }));
+            const auto status = json({"status", std::to_string(job), "--json", "--master", address_});
+            const std::string ran = lumenfarm({"run", scene_, "--particles", "3M", "--seed", std::to_string(job),
+                                               "--keep-hits", "500", "-o", path("ran" + std::to_string(job))});
+            EXPECT_EQ(status.at("digest").as_string(), line_after(ran, "digest "));
+            EXPECT_EQ(status.at("results_invalid").to_number<std::uint64_t>(), 0u);
+        }
+    }
+
+    std::mt19937 random_{std::random_device{}()};
+    std::uint64_t jobs_ = 0;
+};
+
+TEST_F(CrashingFarm, KilledMastersStartAgainWithoutHelpAndLoseNothing) {
+    start_master({"--checkpoint-seconds", "0.5"});
+    const auto first = start_worker("first"), second = start_worker("second");
+    submit_next();
+    for (int kill = 0; kill < kills(); ++kill) {
+        std::this_thread::sleep_for(some_time());
+        master_->send(SIGKILL);
+        EXPECT_EQ(master_->wait(), -SIGKILL) << master_->err();
+        EXPECT_EQ(master_->err().find("traced again"), std::string::npos) << master_->err();
+        start_master({"--checkpoint-seconds", "0.5"});
+        if (last_job_is_over()) submit_next();
+    }
+    expect_right_digests();
+}
+
+TEST_F(CrashingFarm, KilledWorkersAreReplacedAndChangeNothing) {
+    start_master();
+    std::map<int, std::unique_ptr<Process>> workers;
+    for (int i = 0; i < 3; ++i) workers[i] = start_worker(std::to_string(i));
+    submit_next();
+    for (int kill = 0; kill < kills(); ++kill) {
+        std::this_thread::sleep_for(some_time() / 4);
+        auto& worker = workers[kill % 3];
+        worker->send(SIGKILL);
+        EXPECT_EQ(worker->wait(), -SIGKILL) << worker->err();
+        worker = start_worker(std::to_string(kill % 3));
+        if (last_job_is_over()) submit_next();
+    }
+    expect_right_digests();
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing

@@ -1,0 +1,103 @@
+#pragma once
+
+#include "common/net/blocking_client.h"
+#include "common/scene/scene_file.h"
+#include "tests/loopback/process.h"
+#include "tests/scenes/scene_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// A farm of real processes, started as a user would.
+namespace lumenfarm::testing {
+
+inline std::string scene_file(const Folder& folder) {
+    const auto bytes = encode_scene(mixed_room());
+    return folder.write("mixed.lfscene", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+class Farm : public ::testing::Test {
+protected:
+    Farm() : scene_(scene_file(folder_)) {}
+
+    std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+    std::unique_ptr<Process> start(const std::string& name, std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), program(name));
+        return std::make_unique<Process>(std::move(arguments), std::vector<std::string>{"HOME=" + path("")});
+    }
+
+    /// At the address of an earlier one, if there was one.
+    void start_master(std::vector<std::string> options = {}) {
+        const std::string listen = address_.empty() ? "127.0.0.1:0" : address_;
+        options.insert(options.end(), {"--listen", listen, "--storage", path("store")});
+        master_ = start("lumenfarm-master", std::move(options));
+        address_.clear();
+        ASSERT_TRUE(master_->read_until([&] {
+            const auto at = master_->err().find("listening on ");
+            const auto end = at == std::string::npos ? at : master_->err().find_first_of(",\n", at);
+            if (end != std::string::npos) address_ = master_->err().substr(at + 13, end - at - 13);
+            return !address_.empty();
+        })) << master_->err();
+    }
+
+    std::unique_ptr<Process> start_worker(const std::string& name) const {
+        return start("lumenfarm-worker",
+                     {"--master", address_, "--threads", "1", "--name", name, "--cache", path("cache-" + name)});
+    }
+
+    /// Runs `lumenfarm` to its end and gives what it printed.
+    std::string lumenfarm(std::vector<std::string> arguments, int expected_status = 0) const {
+        const auto process = start("lumenfarm", std::move(arguments));
+        const auto status = process->wait();
+        EXPECT_EQ(status, expected_status) << process->err();
+        return process->out();
+    }
+    boost::json::object json(std::vector<std::string> arguments) const {
+        boost::json::error_code error;
+        auto value = boost::json::parse(lumenfarm(std::move(arguments)), error);
+        EXPECT_FALSE(error) << error.message();
+        return value.is_object() ? value.as_object() : boost::json::object();
+    }
+
+    /// Looks at the farm until `wanted` holds; false when the watchdog's time is over.
+    template <class Reply, class Request, class Wanted>
+    bool look_until(const Request& request, Wanted wanted) const {
+        auto client = net::BlockingClient::connect(*net::HostPort::parse(address_), "test");
+        const auto deadline = Clock::now() + watchdog;
+        while (client && Clock::now() < deadline) {
+            const auto reply = client->ask_for<Reply>(request);
+            if (!reply) return false;
+            if (wanted(*reply)) return true;
+            if (!client->idle(0.02)) return false;
+        }
+        return false;
+    }
+    bool until_job(std::uint64_t job, const std::function<bool(const wire::JobStatus&)>& wanted) const {
+        return look_until<wire::StatusReply>(wire::StatusRequest(job), [&](const wire::StatusReply& reply) {
+            return reply.jobs.size() == 1 && wanted(reply.jobs.front());
+        });
+    }
+    bool until_worker(const std::string& name, const std::function<bool(const wire::WorkerStatus&)>& wanted) const {
+        return look_until<wire::WorkersReply>(wire::WorkersRequest(), [&](const wire::WorkersReply& reply) {
+            for (const auto& worker : reply.workers)
+                if (worker.name == name && wanted(worker)) return true;
+            return false;
+        });
+    }
+
+    Folder folder_;
+    std::string scene_;
+    std::string address_;
+    std::unique_ptr<Process> master_;
+};
+
+}  // namespace lumenfarm::testing
