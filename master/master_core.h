@@ -192,7 +192,7 @@ private:
     std::map<std::uint64_t, Storing> storing_;  ///< by ticket
     std::uint64_t tickets_given_ = 0;
     std::optional<std::string> no_space_;  ///< the disk's sentence while it is full
-    double retry_s_ = 0;                   ///< no_space_: when to try again
+    double retry_s_ = 0;                   ///< when what waits for space is tried again
     std::size_t staged_bytes_ = 0;
     bool stopping_ = false;
     std::deque<Admit> admissions_;  ///< the first is being carried out

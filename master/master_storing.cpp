@@ -49,7 +49,10 @@ Effects MasterCore::on_results_stored(std::span<const std::uint64_t> tickets,
         await_space(stored.error(), now_s);
         return settle_and_take(now_s);
     }
-    if (!tickets.empty()) no_space_.reset();
+    if (!tickets.empty()) {
+        no_space_.reset();
+        retry_s_ = now_s;  // what waits goes with the next tick
+    }
     for (const std::uint64_t ticket : tickets) commit(ticket, now_s);
     for (const auto& [id, threshold] : *stored) {
         Job* job = find(id);
@@ -98,8 +101,7 @@ void MasterCore::await_space(const Error& error, double now_s) {
 }
 
 void MasterCore::try_again(double now_s) {
-    if (!no_space_ || now_s < retry_s_) return;
-    retry_s_ = now_s + limits::disk_retry_seconds;
+    if (now_s < retry_s_) return;
     bool waiting = false;
     for (auto& [id, job] : jobs_) {
         if (!job.waiting_for_space) continue;
@@ -113,7 +115,11 @@ void MasterCore::try_again(double now_s) {
         storing.waiting_for_space = false;
         effects_.push_back(StoreResult{ticket, storing.job, storing.result});
     }
-    if (!waiting) no_space_.reset();
+    if (waiting) {
+        retry_s_ = now_s + limits::disk_retry_seconds;
+    } else {
+        no_space_.reset();
+    }
 }
 
 void MasterCore::store_snapshot(Job& job, double now_s) {

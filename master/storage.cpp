@@ -132,6 +132,10 @@ Result<std::map<JobId, std::uint64_t>> Storage::commit(const CommitBatch& batch)
     if (broken_) return *broken_;
     const auto rows = watched(write(batch));
     const auto committed = rows ? watched(commit(batch, *rows)) : Result<void>(rows.error());
+    if (!committed && committed.error().code == ErrorCode::failed) {
+        // nobody knows whether it counts: the next life may find the rows, and must find the bytes
+        return committed.error();
+    }
     if (!committed) {
         for (auto& [job, log] : logs_)
             if (const auto undone = watched(log.undo()); !undone) return undone.error();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <map>
@@ -16,7 +17,7 @@ class CrashingFarm : public Farm {
 protected:
     static int kills() {
         const char* wanted = std::getenv("LUMENFARM_TEST_KILLS");
-        return wanted ? std::atoi(wanted) : 6;
+        return wanted ? std::atoi(wanted) : 4;
     }
     std::chrono::milliseconds some_time() {
         return std::chrono::milliseconds(std::uniform_int_distribution(0, 1'500)(random_));
@@ -59,8 +60,7 @@ TEST_F(CrashingFarm, KilledMastersStartAgainWithoutHelpAndLoseNothing) {
     submit_next();
     for (int kill = 0; kill < kills(); ++kill) {
         std::this_thread::sleep_for(some_time());
-        master_->send(SIGKILL);
-        EXPECT_EQ(master_->wait(), -SIGKILL) << master_->err();
+        kill_master();
         EXPECT_EQ(master_->err().find("traced again"), std::string::npos) << master_->err();
         start_master({"--checkpoint-seconds", "0.5"});
         if (last_job_is_over()) submit_next();
@@ -83,6 +83,50 @@ TEST_F(CrashingFarm, KilledWorkersAreReplacedAndChangeNothing) {
     }
     expect_right_digests();
 }
+
+/// Calls around which a master writes, makes it last, commits and acknowledges.
+struct FailPoint {
+    const char* call;
+    int last;  ///< a life has at least so many of them
+};
+void PrintTo(const FailPoint& point, std::ostream* out) { *out << point.call; }
+
+class FailPoints : public CrashingFarm, public ::testing::WithParamInterface<FailPoint> {};
+
+TEST_P(FailPoints, MasterThatIsKilledThereStartsAgainAndLosesNothing) {
+    const auto tracer =
+        std::make_unique<Process>(std::vector<std::string>{"/usr/bin/env", "strace", "-o", "/dev/null", "true"});
+    if (tracer->wait() != 0) GTEST_SKIP() << "strace can't be used here: " << tracer->err();
+    start_master();
+    const auto first = start_worker("first"), second = start_worker("second");
+    submit_next();
+    kill_master();
+    const auto [called, last] = GetParam();
+    const std::string call = called;
+    const int step = std::max(1, last / kills());
+    int killed = 0;
+    for (int at = 1; at <= last; at += step) {
+        launch_master({"--checkpoint-seconds", "0.3"},
+                      {"strace", "-D", "-f", "-o", "/dev/null", "-e", "trace=" + call, "-e",
+                       "inject=" + call + ":signal=SIGKILL:when=" + std::to_string(at)});
+        if (master_listens())
+            until_job(jobs_, [](const wire::JobStatus& job) { return job.state == wire::JobState::done; });
+        master_->send(SIGTERM);
+        killed += master_->wait() == -SIGKILL;
+        EXPECT_EQ(master_->err().find("traced again"), std::string::npos) << master_->err();
+        start_master();
+        if (last_job_is_over()) submit_next();
+        kill_master();
+    }
+    EXPECT_GT(killed, 0);
+    start_master();
+    expect_right_digests();
+}
+
+INSTANTIATE_TEST_SUITE_P(Calls, FailPoints,
+                         ::testing::Values(FailPoint{"pwrite64", 60}, FailPoint{"fdatasync", 42}, FailPoint{"fsync", 3},
+                                           FailPoint{"unlink", 2}, FailPoint{"sendmsg", 42}),
+                         [](const auto& tested) { return std::string(tested.param.call); });
 
 }  // namespace
 }  // namespace lumenfarm::testing

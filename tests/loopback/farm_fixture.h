@@ -35,18 +35,31 @@ protected:
         return std::make_unique<Process>(std::move(arguments), std::vector<std::string>{"HOME=" + path("")});
     }
 
-    /// At the address of an earlier one, if there was one.
-    void start_master(std::vector<std::string> options = {}) {
+    /// At the address of an earlier one, if there was one. `under`: a command that starts it, found in the path.
+    void launch_master(std::vector<std::string> options, std::vector<std::string> under = {}) {
         const std::string listen = address_.empty() ? "127.0.0.1:0" : address_;
-        options.insert(options.end(), {"--listen", listen, "--storage", path("store")});
-        master_ = start("lumenfarm-master", std::move(options));
-        address_.clear();
-        ASSERT_TRUE(master_->read_until([&] {
+        if (!under.empty()) under.insert(under.begin(), "/usr/bin/env");
+        under.push_back(program("lumenfarm-master"));
+        under.insert(under.end(), {"--listen", listen, "--storage", path("store")});
+        under.insert(under.end(), options.begin(), options.end());
+        master_ = std::make_unique<Process>(std::move(under));
+    }
+    /// False when it ended before.
+    bool master_listens() {
+        return master_->read_until([&] {
             const auto at = master_->err().find("listening on ");
             const auto end = at == std::string::npos ? at : master_->err().find_first_of(",\n", at);
             if (end != std::string::npos) address_ = master_->err().substr(at + 13, end - at - 13);
-            return !address_.empty();
-        })) << master_->err();
+            return end != std::string::npos;
+        });
+    }
+    void start_master(std::vector<std::string> options = {}) {
+        launch_master(std::move(options));
+        ASSERT_TRUE(master_listens()) << master_->err();
+    }
+    void kill_master() {
+        master_->send(SIGKILL);
+        EXPECT_EQ(master_->wait(), -SIGKILL) << master_->err();
     }
 
     std::unique_ptr<Process> start_worker(const std::string& name) const {

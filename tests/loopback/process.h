@@ -58,6 +58,7 @@ public:
             if (pipe.fd >= 0) ::close(pipe.fd);
     }
 
+    pid_t id() const { return pid_; }
     /// What has come so far.
     const std::string& out() const { return pipes_[0].text; }
     const std::string& err() const { return pipes_[1].text; }

@@ -237,6 +237,27 @@ TEST_F(RestartedMasterTest, JobThatWasToBeCancelledEnds) {
     EXPECT_TRUE(find<StoreSolution>());
 }
 
+TEST_F(MasterTest, ResultThatFoundNoRoomIsTriedAgainThoughALaterOneFoundSome) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    const auto leases = pull(ann, 2);
+    disk_held_ = true;
+    std::uint64_t number = 0;
+    for (const auto& lease : leases) {
+        const auto result = trace(lease, ++number);
+        take(master_.on_message(ann, result.first, 0, now_s_));
+        take(master_.on_message(ann, result.second, 0, now_s_));
+    }
+    const auto tickets = std::exchange(held_, {});
+    ASSERT_EQ(tickets.size(), 2u);
+    take(master_.on_results_stored({&tickets[0], 1}, no_space("the disk is full"), now_s_));
+    take(master_.on_results_stored({&tickets[1], 1}, thresholds(), now_s_));
+    take(master_.tick(now_s_));
+    EXPECT_EQ(held_, std::vector{tickets[0]});
+    take(master_.on_results_stored(held_, thresholds(), now_s_));
+    EXPECT_EQ(master_.status(job, now_s_)->committed, leases[0].range.count + leases[1].range.count);
+}
+
 TEST_F(MasterTest, CancelIsAnsweredWhenItLasts) {
     const JobId job = submit(records_job(), 1);
     disk_held_ = true;

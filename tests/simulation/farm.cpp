@@ -27,6 +27,7 @@ Farm::Farm(const JobSpec& spec, const FarmOptions& options)
       disk_(options.seed),
       vfs_(disk_, static_cast<int>(options.seed)) {
     start_master();
+    disk_.fail_sometimes({0, options.disk_failures, options.disk_failures});
     nodes_.resize(options.workers);
     at(0, [this] { submit(); });
     for (std::size_t i = 0; i < nodes_.size(); ++i)
@@ -61,7 +62,7 @@ void Farm::start_master() {
         auto storage = Storage::open(disk_, storage_folder, vfs_.name());
         auto start = storage ? (*storage)->start() : Result<Storage::Start>(storage.error());
         if (start) return begin_life(std::move(*storage), std::move(*start));
-        if (disk_.has_power() && start.error().code != ErrorCode::no_space)
+        if (disk_.has_power() && start.error().code != ErrorCode::no_space && options_.disk_failures == 0)
             violations_.push_back("the master does not start: " + start.error().sentence);
         disk_.power_off();
         if (storage) storage->reset();

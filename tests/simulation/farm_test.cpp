@@ -83,6 +83,23 @@ TEST(Farm, PowerCutsOfTheMasterLoseNothingThatWasAcknowledged) {
     EXPECT_GT(cuts, 150u);
 }
 
+TEST(Farm, DisksThatFailEndTheMasterAndLoseNothing) {
+    std::uint64_t lives = 0;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        SCOPED_TRACE(seed);
+        const JobSpec spec = small_job(seed);
+        FarmOptions options;
+        options.seed = seed;
+        options.disk_failures = 0.02;
+        options.checkpoint_seconds = 0.5;
+        options.seconds_between_power_cuts = seed % 2 == 0 ? 10 : 0;
+        Farm farm(spec, options);
+        expect_reference(farm, spec);
+        lives += farm.power_cuts();
+    }
+    EXPECT_GT(lives, 60u);
+}
+
 TEST(Farm, FullDisksPauseTheJobAndItGoesOn) {
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
         SCOPED_TRACE(seed);
