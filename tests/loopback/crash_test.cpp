@@ -1,4 +1,5 @@
 #include "tests/loopback/farm_fixture.h"
+#include "tests/solution/traced_run.h"
 
 #include <gtest/gtest.h>
 
@@ -43,9 +44,12 @@ protected:
             ASSERT_TRUE(
                 until_job(job, [](const wire::JobStatus& status) { return status.state == wire::JobState::done; }));
             const auto status = json({"status", std::to_string(job), "--json", "--master", address_});
-            const std::string ran = lumenfarm({"run", scene_, "--particles", "3M", "--seed", std::to_string(job),
-                                               "--keep-hits", "500", "-o", path("ran" + std::to_string(job))});
-            EXPECT_EQ(status.at("digest").as_string(), line_after(ran, "digest "));
+            JobSpec spec;
+            spec.particles = 3'000'000;
+            spec.seed = job;
+            spec.keep_hits = 500;
+            EXPECT_EQ(status.at("digest").as_string(),
+                      solution_digest(test::traced_run(mixed_room(), spec).solution).hex());
             EXPECT_EQ(status.at("results_invalid").to_number<std::uint64_t>(), 0u);
         }
     }

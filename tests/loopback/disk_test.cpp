@@ -1,4 +1,5 @@
 #include "tests/loopback/farm_fixture.h"
+#include "tests/solution/traced_run.h"
 
 #include <gtest/gtest.h>
 
@@ -25,8 +26,11 @@ protected:
             FAIL() << master_->err();
         }
         const auto status = json({"status", "1", "--json", "--master", address_});
-        const std::string ran = lumenfarm({"run", scene_, "--particles", "3M", "--texel", "0.2", "-o", path("ran")});
-        EXPECT_EQ(status.at("digest").as_string(), line_after(ran, "digest "));
+        JobSpec spec;
+        spec.particles = 3'000'000;
+        spec.texel_m = 0.2;
+        EXPECT_EQ(status.at("digest").as_string(),
+                  solution_digest(test::traced_run(mixed_room(), spec).solution).hex());
     }
     /// Whether the command can be used here, and is.
     static bool works(std::vector<std::string> command) {
