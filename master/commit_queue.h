@@ -38,7 +38,11 @@ public:
         on_its_way_ = true;
         return std::make_shared<const CommitBatch>(std::exchange(next_, {}));
     }
-    void end() { on_its_way_ = false; }
+    /// The leases of a batch that was not committed go with the next one; its results are added anew.
+    void end(const CommitBatch& batch, bool committed) {
+        on_its_way_ = false;
+        if (!committed) add(batch.leases);
+    }
 
 private:
     CommitBatch next_;

@@ -45,35 +45,39 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
     if (kept.damaged > 0)
         damages.push_back(std::to_string(kept.damaged) + " rows of " + name + " are damaged in the database");
     if (kept.snapshot)
-        if (const auto damage = recover_snapshot(*kept.snapshot, files))
-            damages.push_back("the snapshot of " + name + " is lost: " + *damage);
+        if (const auto read = recover_snapshot(*kept.snapshot, files); !read) {
+            if (read.error().code == ErrorCode::failed) return read.error();
+            damages.push_back("the snapshot of " + name + " is lost: " + read.error().sentence);
+        }
     for (const StoredResult& stored : kept.results)
-        if (const auto read = recover_result(stored); !read)
+        if (const auto read = recover_result(stored); !read) {
+            if (read.error().code == ErrorCode::failed) return read.error();
             damages.push_back("result " + std::to_string(stored.number) + " of " + name +
                               " is lost: " + read.error().sentence);
+        }
     next_result_ = kept.next_result;
     return damages;
 }
 
-std::optional<std::string> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore& files) {
+Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore& files) {
     const auto bytes = files.read(snapshot.file);
-    if (!bytes) return bytes.error().sentence;
+    if (!bytes) return bytes.error();
     auto solution = decode_solution(*bytes, sums_.prepared().scene, scene_);
-    if (!solution) return solution.error().sentence;
-    if (solution->spec != spec_) return "it is of another job";
+    if (!solution) return solution.error();
+    if (solution->spec != spec_) return bad_input("it is of another job");
     sums_.restore(std::move(*solution));
     snapshot_ = snapshot.file;
-    return std::nullopt;
+    return {};
 }
 
 Result<void> JobLog::recover_result(const StoredResult& stored) {
     const auto bytes = read_segment(disk_, path(stored.segment), stored.offset, stored.bytes);
     if (!bytes) return bytes.error();
     if (XXH3_64bits(bytes->data(), bytes->size()) != stored.checksum)
-        return failed("'" + path(stored.segment).string() + "' is damaged at byte " + std::to_string(stored.offset));
+        return bad_input("'" + path(stored.segment).string() + "' is damaged at byte " + std::to_string(stored.offset));
     const auto result = decode_result(*bytes, job_, spec_, sums_.prepared());
     if (!result) return result.error();
-    if (!sums_.fits(*result)) return failed("its particles were merged already");
+    if (!sums_.fits(*result)) return bad_input("its particles were merged already");
     sums_.merge(*result);
     ++kept_results_;
     kept_bytes_ += stored.bytes;

@@ -24,7 +24,7 @@ public:
     JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job, std::shared_ptr<const PreparedJob> prepared);
 
     /// Adds up what earlier lives have kept. What is damaged is left out, so that its particles are traced again; a
-    /// sentence for each. Errors: failed (the folder can't be read).
+    /// sentence for each. Errors: failed (the disk: what it holds may be good).
     Result<std::vector<std::string>> recover(const JobStore::Unfinished& kept, const FileStore& files);
 
     /// Writes a result behind those before. sync() makes them last. Then all of them are committed to the job store,
@@ -56,7 +56,8 @@ public:
 private:
     std::filesystem::path path(std::uint64_t segment) const;
     Result<void> find_segments();
-    std::optional<std::string> recover_snapshot(const Snapshot& snapshot, const FileStore& files);
+    // Errors: bad_input (damaged, or gone), failed (the disk).
+    Result<void> recover_snapshot(const Snapshot& snapshot, const FileStore& files);
     Result<void> recover_result(const StoredResult& stored);
 
     Disk& disk_;

@@ -94,15 +94,17 @@ private:
         JobRecord record;
         Phase phase = Phase::queued;
         std::unique_ptr<ActiveJob> active;
-        std::optional<double> started_s;          ///< of the first lease
-        std::set<WorkerId> contributors;          ///< workers whose results were committed
-        double end_by_s = 0;                      ///< ending: outstanding results are waited for until then
-        bool resumes = false;                     ///< it was running when an earlier life ended
-        std::size_t results_on_their_way = 0;     ///< to the disk
-        std::size_t records_on_their_way = 0;     ///< to the disk
-        std::vector<Asker> cancel_askers;         ///< to be answered when the record lasts
-        std::optional<Effect> waiting_for_space;  ///< StoreRecord or StoreSolution
-        double snapshot_s = 0;                    ///< when the last one was asked for
+        std::optional<double> started_s;       ///< of the first lease
+        std::set<WorkerId> contributors;       ///< workers whose results were committed
+        double end_by_s = 0;                   ///< ending: outstanding results are waited for until then
+        bool resumes = false;                  ///< it was running when an earlier life ended
+        std::size_t results_on_their_way = 0;  ///< to the disk
+        std::size_t records_on_their_way = 0;  ///< to the disk
+        std::vector<Asker> cancel_askers;      ///< to be answered when the record lasts
+        bool record_waits = false;             ///< for space on the disk
+        bool solution_waits = false;           ///< for space on the disk
+        JobEffort effort;                      ///< storing: for the solution
+        double snapshot_s = 0;                 ///< when the last one was asked for
         std::vector<std::pair<double, std::uint64_t>> committed_at;  ///< for the rate
     };
 
@@ -145,7 +147,7 @@ private:
 
     // what is on its way to the disk (master_storing.cpp)
     void store(Session& session, Job& job, StagedResult result);
-    void wait_for(WorkerId worker, const wire::ResultDone& done);
+    bool wait_for(WorkerId worker, const wire::ResultDone& done);
     void commit(std::uint64_t ticket, double now_s);
     void store_record(Job& job);
     void await_space(const Error& error, double now_s);
@@ -156,6 +158,7 @@ private:
     // jobs (master_jobs.cpp)
     void prepare_next();
     Job* next_to_prepare();
+    bool is_awaited(JobId job) const;
     void resume_workers(Job& job, double now_s);
     std::vector<Job*> running_in_order();
     static bool before(const Job& a, const Job& b);

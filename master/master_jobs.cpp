@@ -49,15 +49,26 @@ std::vector<MasterCore::Job*> MasterCore::running_in_order() {
     return running;
 }
 
+/// True when a worker holds results of the job, and waits for it.
+bool MasterCore::is_awaited(JobId job) const {
+    return std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+        return entry.second.worker() && entry.second.worker()->awaited.contains(job);
+    });
+}
+
 /// One job at a time: the next begins when those before it have nothing left to lease. Jobs that were running when an
 /// earlier life ended come first, since workers hold results of them.
 MasterCore::Job* MasterCore::next_to_prepare() {
     Job* next = nullptr;
+    bool next_is_awaited = false;
     for (auto& [id, job] : jobs_) {
         if (job.phase != Phase::queued) continue;
-        if (!next || job.resumes > next->resumes || (job.resumes == next->resumes && before(job, *next))) next = &job;
+        const bool awaited = job.resumes || is_awaited(id);
+        if (next && (awaited != next_is_awaited ? next_is_awaited : !before(job, *next))) continue;
+        next = &job;
+        next_is_awaited = awaited;
     }
-    if (!next || next->resumes) return next;
+    if (!next || next_is_awaited) return next;
     for (const auto& [id, job] : jobs_)
         if (job.phase == Phase::running && before(job, *next) && job.active->ledger().unleased() > 0) return nullptr;
     return next;
@@ -67,7 +78,7 @@ void MasterCore::prepare_next() {
     std::size_t active = 0;
     for (auto& [id, job] : jobs_) {
         if (job.phase == Phase::preparing) return;
-        active += job.active != nullptr;
+        active += job.active != nullptr || job.phase == Phase::storing;
     }
     Job* next = next_to_prepare();
     if (!next || active >= limits::active_jobs_max) return;
@@ -123,7 +134,9 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     record.status.workers = 0;
     record.status.eta_seconds.reset();
     job.phase = Phase::storing;
-    effects_.push_back(StoreSolution{record, effort_of(job, now_s)});
+    job.record_waits = false;
+    job.effort = effort_of(job, now_s);
+    effects_.push_back(StoreSolution{record, job.effort});
     job.active.reset();
     tell_gone(job);
 }
@@ -134,8 +147,9 @@ Effects MasterCore::on_solution_stored(const StoreSolution& store, const Result<
     if (stored) {
         job->phase = Phase::over;
         job->record = *stored;
+        answer_cancel(*job);
     } else {
-        job->waiting_for_space = store;
+        job->solution_waits = true;
         await_space(stored.error(), now_s);
     }
     return settle_and_take(now_s);
@@ -165,7 +179,14 @@ Effects MasterCore::cancel(JobId id, double now_s) {
 }
 
 void MasterCore::cancel_job(Job& job, double now_s) {
-    if (job.phase == Phase::queued || job.phase == Phase::preparing) {
+    const bool begins = job.phase == Phase::queued || job.phase == Phase::preparing;
+    if (begins && job.resumes) {
+        // what earlier lives have committed is kept: it ends when that is read
+        job.record.cancel_asked = true;
+        job.record.status.state = wire::JobState::running;
+        return store_record(job);
+    }
+    if (begins) {
         job.phase = Phase::over;
         job.record.status.state = wire::JobState::cancelled;
         store_record(job);

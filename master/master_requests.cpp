@@ -101,6 +101,8 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Can
     if (!job)
         return refuse(session, request_id, RefusalReason::no_such_job,
                       "there is no job " + std::to_string(request.job));
+    if (job->cancel_askers.size() >= limits::admissions_max)
+        return refuse(session, request_id, RefusalReason::full, "the job is being cancelled; many wait for that");
     cancel_job(*job, now_s);
     job->cancel_askers.push_back({session, request_id});
     answer_cancel(*job);
@@ -108,7 +110,7 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Can
 
 /// Once it lasts that the job ends.
 void MasterCore::answer_cancel(Job& job) {
-    if (job.records_on_their_way > 0) return;
+    if (job.records_on_their_way > 0 || job.record_waits || job.phase == Phase::storing) return;
     const bool over = job.phase == Phase::over;
     for (const Asker& asker : std::exchange(job.cancel_askers, {}))
         send(asker.session,

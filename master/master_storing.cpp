@@ -1,7 +1,5 @@
 #include "master/master_core.h"
 
-#include "common/support/ensure.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -22,8 +20,8 @@ void MasterCore::store(Session& session, Job& job, StagedResult result) {
 }
 
 /// A result with particles that are on their way is answered after them: repeated then, unless it is the same one, sent
-/// again over a new connection.
-void MasterCore::wait_for(WorkerId worker, const wire::ResultDone& done) {
+/// again over a new connection. False: too many such are waiting.
+bool MasterCore::wait_for(WorkerId worker, const wire::ResultDone& done) {
     const auto covers = [&](const wire::Claim& claim, const wire::ResultDone& other) {
         return std::any_of(other.claims.begin(), other.claims.end(), [&](const wire::Claim& theirs) {
             return theirs.range.light == claim.range.light &&
@@ -36,10 +34,16 @@ void MasterCore::wait_for(WorkerId worker, const wire::ResultDone& done) {
         const wire::ResultDone& first = storing.result->done();
         const auto overlaps = [&](const wire::Claim& claim) { return covers(claim, first); };
         if (storing.job != done.job || std::none_of(done.claims.begin(), done.claims.end(), overlaps)) continue;
-        if (storing.worker != worker || first.result != done.result) storing.repeated.emplace_back(worker, done);
-        return;
+        if (storing.worker == worker && first.result == done.result) return true;
+        const auto same = [&](const auto& other) {
+            return other.first == worker && other.second.result == done.result;
+        };
+        if (std::any_of(storing.repeated.begin(), storing.repeated.end(), same)) return true;
+        if (storing.repeated.size() >= limits::repeated_results_max) return false;
+        storing.repeated.emplace_back(worker, done);
+        return true;
     }
-    ensure(false, "particles that are being stored are on their way");
+    return false;
 }
 
 Effects MasterCore::on_results_stored(std::span<const std::uint64_t> tickets,
@@ -78,6 +82,7 @@ void MasterCore::commit(std::uint64_t ticket, double now_s) {
 }
 
 void MasterCore::store_record(Job& job) {
+    job.record_waits = false;
     ++job.records_on_their_way;
     effects_.push_back(StoreRecord{job.record});
 }
@@ -88,7 +93,8 @@ Effects MasterCore::on_record_stored(const StoreRecord& store, const Result<void
         if (stored) {
             answer_cancel(*job);
         } else {
-            job->waiting_for_space = StoreRecord{job->record};
+            // a solution brings its record along, and must not be followed by an older one
+            job->record_waits = job->phase != Phase::storing && !job->record.has_solution;
             await_space(stored.error(), now_s);
         }
     }
@@ -104,10 +110,9 @@ void MasterCore::try_again(double now_s) {
     if (now_s < retry_s_) return;
     bool waiting = false;
     for (auto& [id, job] : jobs_) {
-        if (!job.waiting_for_space) continue;
-        waiting = true;
-        job.records_on_their_way += std::holds_alternative<StoreRecord>(*job.waiting_for_space);
-        effects_.push_back(*std::exchange(job.waiting_for_space, std::nullopt));
+        waiting = waiting || job.record_waits || job.solution_waits;
+        if (job.record_waits) store_record(job);
+        if (std::exchange(job.solution_waits, false)) effects_.push_back(StoreSolution{job.record, job.effort});
     }
     for (auto& [ticket, storing] : storing_) {
         if (!storing.waiting_for_space) continue;

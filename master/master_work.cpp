@@ -78,7 +78,7 @@ void MasterCore::on_part(Session& session, Part part) {
         open.refuse("the job is over");
     } else if (before + limits::frame_payload_bytes_max > limits::staged_result_bytes_max ||
                staged_bytes_ + limits::frame_payload_bytes_max > limits::staged_bytes_max) {
-        open.refuse("the master has no room for the result");
+        open.refuse_for_room();
         count(Discard::staging_full);
     } else {
         open.add(job->record.spec, job->active->prepared(), std::move(part));
@@ -104,8 +104,12 @@ void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
     Job* job = find(done.job);
     if (!job || !job->active)
         return answer(session.instance(), done.job, done.result, {wire::Verdict::job_gone, "the job is over"}, now_s);
-    const auto outcome = job->active->take(session.instance(), result, done);
-    if (!outcome) return wait_for(session.instance(), done);
+    auto outcome = job->active->take(session.instance(), result, done);
+    if (!outcome && wait_for(session.instance(), done)) return;
+    if (!outcome) {
+        outcome = {wire::Verdict::stale, "particles of it are on their way to the disk already"};
+        job->active->take_back(session.instance(), claims_of(done));
+    }
     if (outcome->verdict == wire::Verdict::accepted) {
         if (worker.pace_job != done.job) worker.pace = {};
         worker.pace_job = done.job;

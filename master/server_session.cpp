@@ -182,10 +182,10 @@ void MasterServer::Running::slowly(Work work, Then then) {
 }
 
 void MasterServer::Running::fail(const Error& error) {
-    if (failure()) return;
-    spdlog::critical("{}; the master ends, and recovers from its disk when it starts again", error.sentence);
     for (auto& [id, reply] : replies_) reply.set_value(wire::Refusal(wire::RefusalReason::failed, error.sentence));
     replies_.clear();
+    if (failure()) return;
+    spdlog::critical("{}; the master ends, and recovers from its disk when it starts again", error.sentence);
     const std::lock_guard lock(changed_mutex_);
     failure_ = error;
     changed_.notify_all();
@@ -260,7 +260,7 @@ void MasterServer::Running::commit(bool leases_too) {
     if (!batch) return;
     slowly([this, batch] { return storage_->commit(*batch); },
            [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
-               commits_.end();
+               commits_.end(*batch, stored.has_value());
                if (!stored) spdlog::error("{}; the same is tried again", stored.error().sentence);
                carry_out(core_.on_results_stored(batch->tickets(), stored, now_s()));
                commit(false);

@@ -62,6 +62,11 @@ void StagedResult::refuse(std::string sentence) {
     bytes_ = 0;
 }
 
+void StagedResult::refuse_for_room() {
+    without_room_ = without_room_ || fault_.empty();
+    refuse("the master has no room for the result");
+}
+
 bool StagedResult::next_part(const wire::PartId& part, std::size_t part_bytes) {
     const std::uint32_t expected = parts_++;
     if (!fault_.empty()) return false;

@@ -31,6 +31,9 @@ public:
     std::size_t bytes() const { return bytes_; }
     const std::string& fault() const { return fault_; }
     void refuse(std::string sentence);
+    /// Not the worker's fault: the master has no memory for it now.
+    void refuse_for_room();
+    bool without_room() const { return without_room_; }
 
     /// ResultHits, ResultMap and ResultKept as they came; the last one is the ResultDone once the result is complete.
     const std::vector<wire::Message>& messages() const { return messages_; }
@@ -47,6 +50,7 @@ private:
     std::size_t bytes_ = 0;
     std::uint64_t record_hits_ = 0, texel_hits_ = 0, surface_hits_ = 0;
     std::string fault_;
+    bool without_room_ = false;
     std::vector<wire::Message> messages_;
 };
 

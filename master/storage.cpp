@@ -37,9 +37,9 @@ Result<Storage::Start> Storage::start() {
 }
 
 /// Removes files that no record names: of uploads without a job, or left by a life that ended in between. While a
-/// record is damaged nothing is removed, since it may name any of them.
+/// record or row is damaged nothing is removed, since it may name any of them.
 Result<void> Storage::sweep(const Start& start) {
-    if (!start.warnings.empty()) return {};
+    bool damaged = !start.warnings.empty();
     std::set<Digest> needed;
     std::set<std::string> running;
     for (const JobRecord& record : start.records) {
@@ -50,7 +50,9 @@ Result<void> Storage::sweep(const Start& start) {
         const auto kept = jobs_.unfinished(record.id());
         if (!kept) return kept.error();
         if (kept->snapshot) needed.insert(kept->snapshot->file);
+        damaged = damaged || kept->damaged > 0;
     }
+    if (damaged) return {};
     if (const auto removed = files_.remove_others(needed); !removed) return removed.error();
     const auto segments = disk_.list(segments_);
     if (!segments) return segments.error();
@@ -78,7 +80,7 @@ Result<std::vector<std::uint32_t>> Storage::admit(const Admit& admit) {
 Result<std::shared_ptr<const PreparedJob>> Storage::prepared(const JobRecord& job) {
     const auto admitted = std::exchange(admitted_, nullptr);
     if (admitted && admitted_scene_ == job.status.scene && admitted_spec_ == job.spec) return admitted;
-    const auto bytes = files_.read(job.status.scene);
+    const auto bytes = watched(files_.read(job.status.scene));
     if (!bytes) return bytes.error();
     return prepare_job(job.spec, *bytes);
 }
@@ -153,8 +155,14 @@ Result<std::map<JobId, std::uint64_t>> Storage::commit(const CommitBatch& batch)
 
 Result<void> Storage::put(const JobRecord& record) {
     if (broken_) return *broken_;
+    if (!record.over() || record.has_solution) return watched(jobs_.put(record));
     // a job that never ran, or failed, has nothing to be fetched
-    return watched(record.over() && !record.has_solution ? jobs_.finish(record) : jobs_.put(record));
+    if (auto finished = watched(jobs_.finish(record)); !finished) return finished;
+    const auto log = logs_.find(record.id());
+    if (log == logs_.end()) return {};
+    auto removed = watched(log->second.remove_segments());
+    logs_.erase(log);
+    return removed;
 }
 
 Result<void> Storage::store(const StoreSnapshot& effect) {
@@ -164,7 +172,10 @@ Result<void> Storage::store(const StoreSnapshot& effect) {
     JobLog& log = found->second;
     const auto file = watched(files_.put(log.solution(effect.effort).bytes));
     if (!file) return file.error();
-    if (auto stored = watched(jobs_.checkpoint(effect.job, {*file, log.next_result()})); !stored) return stored;
+    if (auto stored = watched(jobs_.checkpoint(effect.job, {*file, log.next_result()})); !stored) {
+        if (!broken_) (void)watched(files_.remove(*file));
+        return stored;
+    }
     const auto older = log.snapshot();
     if (older && *older != *file)
         if (auto removed = watched(files_.remove(*older)); !removed) return removed;

@@ -112,7 +112,7 @@ Result<Digest> FileStore::put(std::span<const std::byte> bytes) {
 
 Result<std::vector<std::byte>> FileStore::read(const Digest& file) const {
     auto bytes = read_whole(disk_, path(file), limits::solution_bytes_max);
-    if (bytes && sha256(*bytes) != file) return failed("'" + path(file).string() + "' is damaged: its digest differs");
+    if (bytes && sha256(*bytes) != file) return bad_input("'" + path(file).string() + "' is damaged: its digest differs");
     return bytes;
 }
 

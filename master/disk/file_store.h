@@ -35,7 +35,7 @@ public:
     Result<void> put_chunk(const wire::Chunk& chunk);
     Result<Digest> put(std::span<const std::byte> bytes);
 
-    /// The whole file, verified. Errors: bad_input (not here), failed (damaged).
+    /// The whole file, verified. Errors: bad_input (not here, or damaged), failed.
     Result<std::vector<std::byte>> read(const Digest& file) const;
     /// Errors: as read().
     Result<wire::FileManifest> manifest(const Digest& file);

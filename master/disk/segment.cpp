@@ -31,7 +31,7 @@ Result<std::vector<std::byte>> read_segment(Disk& disk, const std::filesystem::p
     const auto size = (*opened)->size();
     if (!size) return size.error();
     // before memory is taken for it
-    if (offset > *size || bytes > *size - offset) return failed("'" + file.string() + "' is cut short");
+    if (offset > *size || bytes > *size - offset) return bad_input("'" + file.string() + "' is cut short");
     std::vector<std::byte> read(bytes);
     const auto got = (*opened)->read(offset, read);
     if (!got) return got.error();

@@ -35,7 +35,7 @@ private:
     std::uint64_t kept_bytes_ = 0;
 };
 
-/// A part of a segment of whatever life. Errors: bad_input (no such file), failed (it ends before, read error).
+/// A part of a segment of whatever life. Errors: bad_input (no such file, or it ends before), failed.
 Result<std::vector<std::byte>> read_segment(Disk& disk, const std::filesystem::path& file, std::uint64_t offset,
                                             std::uint64_t bytes);
 

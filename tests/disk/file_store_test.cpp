@@ -86,9 +86,9 @@ TEST_F(FileStoreFolder, ADamagedFileIsNotRead) {
     damage(file);
     const auto read = store_.read(file);
     ASSERT_FALSE(read);
-    EXPECT_EQ(read.error().code, ErrorCode::failed);
+    EXPECT_EQ(read.error().code, ErrorCode::bad_input);
     EXPECT_EQ(read.error().sentence, "'" + store_.path(file).string() + "' is damaged: its digest differs");
-    EXPECT_EQ(store_.manifest(file).error().code, ErrorCode::failed);
+    EXPECT_EQ(store_.manifest(file).error().code, ErrorCode::bad_input);
     ASSERT_TRUE(store_.put(large_));
     EXPECT_EQ(store_.read(file).value(), large_);
 }

@@ -267,7 +267,54 @@ TEST_F(MasterTest, CancelIsAnsweredWhenItLasts) {
     ASSERT_TRUE(record);
     EXPECT_TRUE(record->record.cancel_asked);
     take(master_.on_record_stored(*record, {}, now_s_));
+    EXPECT_FALSE(sent<wire::CancelReply>(embedding_session)) << "nothing is outstanding: the solution is on its way";
+    store_solution();
+    EXPECT_EQ(sent<wire::CancelReply>(embedding_session)->state, wire::JobState::cancelled);
+}
+
+TEST_F(MasterTest, CancelThatFindsNoRoomIsNotAnsweredHoweverOftenItIsAskedFor) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    pull(ann, 1);
+    disk_held_ = true;
+    take(master_.on_message(embedding_session, wire::CancelRequest(job), 8, now_s_));
+    take(master_.on_record_stored(*find<StoreRecord>(), no_space("the disk is full"), now_s_));
+    take(master_.on_message(embedding_session, wire::CancelRequest(job), 9, now_s_));
+    EXPECT_FALSE(sent<wire::CancelReply>(embedding_session));
+    now_s_ += limits::disk_retry_seconds + 1;
+    take(master_.tick(now_s_));
+    ASSERT_TRUE(find<StoreRecord>());
+    take(master_.on_record_stored(*find<StoreRecord>(), {}, now_s_));
+    EXPECT_EQ(all_sent<wire::CancelReply>(embedding_session).size(), 2u);
+}
+
+TEST_F(MasterTest, RecordThatFoundNoRoomNeverFollowsTheSolution) {
+    const JobId job = submit(records_job(), 1);
+    disk_held_ = true;
+    take(master_.on_message(embedding_session, wire::CancelRequest(job), 8, now_s_));
+    const auto record = find<StoreRecord>();
+    ASSERT_TRUE(record && solution_);
+    take(master_.on_record_stored(*record, no_space("the disk is full"), now_s_));
+    store_solution();
     EXPECT_TRUE(sent<wire::CancelReply>(embedding_session));
+    now_s_ += limits::disk_retry_seconds + 1;
+    take(master_.tick(now_s_));
+    EXPECT_FALSE(find<StoreRecord>());
+    EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::cancelled);
+}
+
+TEST_F(RestartedMasterTest, CancelBeforeTheJobRunsAgainKeepsWhatWasCommitted) {
+    take(master_.tick(now_s_));
+    take(master_.on_message(embedding_session, wire::CancelRequest(4), 8, now_s_));
+    EXPECT_TRUE(sent<wire::CancelReply>(embedding_session));
+    EXPECT_TRUE(master_.record(4)->cancel_asked);
+    RecoveredJob job;
+    job.committed.resize(2);
+    job.committed[0].insert(0, 3'000);
+    job.balance.particles = 3'000;
+    prepare(std::move(job));
+    ASSERT_TRUE(solution_);
+    EXPECT_EQ(solution_->record.status.committed, 3'000u);
 }
 
 TEST_F(MasterTest, LeasesAreKeptFromTheirGivingToTheirEnd) {

@@ -261,7 +261,7 @@ void Farm::commit(bool leases_too) {
     if (!batch) return;
     slowly([this, batch] { return storage_->commit(*batch); },
            [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
-               commits_.end();
+               commits_.end(*batch, stored.has_value());
                Effects effects = master_->on_results_stored(batch->tickets(), stored, now_s_);
                commit(false);
                return effects;
