@@ -34,6 +34,7 @@ protected:
             job + "\n");
     }
     bool last_job_is_over() {
+        master_->read_now();
         const auto state = json({"status", std::to_string(jobs_), "--json", "--master", address_}).at("state");
         return state != "queued" && state != "running";
     }

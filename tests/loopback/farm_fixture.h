@@ -27,6 +27,15 @@ inline std::string scene_file(const Folder& folder) {
 class Farm : public ::testing::Test {
 protected:
     Farm() : scene_(scene_file(folder_)) {}
+    /// A failed test shows the end of what its master has said.
+    void TearDown() override {
+        if (!HasFailure() || !master_) return;
+        master_->send(SIGTERM);
+        const auto status = master_->wait();
+        const std::string& said = master_->err();
+        ADD_FAILURE() << "the master ended with " << status.value_or(-1) << " and said last:\n"
+                      << said.substr(said.size() - std::min<std::size_t>(said.size(), 3'000));
+    }
 
     std::string path(const std::string& name) const { return (folder_ / name).string(); }
 

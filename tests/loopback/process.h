@@ -80,6 +80,12 @@ public:
         return true;
     }
 
+    /// Reads what is there. A program that talks much stands still when nobody reads.
+    void read_now() {
+        for (auto& pipe : pipes_)
+            for (pollfd polled{pipe.fd, POLLIN, 0}; pipe.fd >= 0 && ::poll(&polled, 1, 0) > 0;) take(pipe);
+    }
+
     /// Exit status; -signal when a signal ended it; nothing when the watchdog did (then it is killed).
     std::optional<int> wait() {
         if (pid_ <= 0) return 127;
