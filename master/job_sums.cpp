@@ -1,6 +1,7 @@
 #include "master/job_sums.h"
 
 #include "common/support/ensure.h"
+#include "proto/packing.h"
 
 #include <algorithm>
 #include <utility>
@@ -48,12 +49,7 @@ void JobSums::merge(const wire::ResultHits& part) {
     }
 }
 
-void JobSums::merge(const wire::ResultMap& part) {
-    for (const wire::TexelDelta& delta : part.texels)
-        sums_.texels()[delta.texel] += {delta.radiant, delta.x, delta.y, delta.z, delta.y_squared, delta.hits};
-    for (const wire::SurfaceDelta& delta : part.surfaces)
-        sums_.surfaces()[delta.surface][delta.side()][delta.batch()] += {delta.radiant, delta.y, delta.hits};
-}
+void JobSums::merge(const wire::ResultMap& part) { wire::add_map(part, sums_.texels(), sums_.surfaces()); }
 
 void JobSums::merge(const wire::ResultKept& part) {
     for (const KeptHit& hit : part.hits) kept_.offer(hit);
