@@ -41,12 +41,13 @@ protected:
 
 TEST_F(FarmOnABadDisk, FullDiskPausesTheJobWithItsReasonAndItGoesOnWhenThereIsRoom) {
     const std::vector<std::string> apart = {"unshare", "--user", "--map-root-user", "--mount", "sh", "-c"};
-    const std::string mount = "mkdir -p " + path("store") + " && mount -t tmpfs -o size=48M none " + path("store");
+    // without the ballast all that a job of this size can write has room, at whatever instant it fills
+    const std::string mount = "mkdir -p " + path("store") + " && mount -t tmpfs -o size=1G none " + path("store");
     auto trial = apart;
     trial.push_back(mount);
     if (!works(trial)) GTEST_SKIP() << "no file system can be mounted here";
     auto under = apart;
-    under.push_back(mount + " && head -c 46M /dev/zero > " + path("store") + R"(/ballast && exec "$@")");
+    under.push_back(mount + " && head -c 1022M /dev/zero > " + path("store") + R"(/ballast && exec "$@")");
     under.push_back("sh");
     launch_master({"--checkpoint-seconds", "0.3"}, under);
     ASSERT_TRUE(master_listens()) << master_->err();
