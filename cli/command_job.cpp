@@ -1,5 +1,4 @@
-#include "cli/commands.h"
-#include "cli/farm_client.h"
+#include "cli/job_command.h"
 #include "cli/job_text.h"
 #include "cli/options.h"
 #include "cli/output_folder.h"
@@ -9,35 +8,9 @@
 #include "common/support/file.h"
 #include "common/support/limits.h"
 
-/// `watch`, `cancel` and `fetch`: one job of the farm.
+/// `watch`, `why` and `fetch`: what one job of the farm does and has.
 namespace lumenfarm {
 namespace {
-
-/// A command about JOB.
-class JobCommand : public Command {
-public:
-    Result<void> execute(Console& console) override {
-        const auto job = parse_job(job_);
-        if (!job) return job.error();
-        if (auto ready = prepare(); !ready) return ready;
-        auto client = connect_to_farm(farm_);
-        if (!client) return client.error();
-        return ask(*client, *job, console);
-    }
-
-protected:
-    JobCommand(CLI::App& app, const FarmOptions& farm, const std::string& name, const std::string& help)
-        : Command(app, name, help), farm_(farm) {
-        app_.add_option("JOB", job_, "The job's number")->type_name("")->required();
-    }
-    /// What must hold before the master is asked.
-    virtual Result<void> prepare() { return {}; }
-    virtual Result<void> ask(net::BlockingClient& client, std::uint64_t job, Console& console) = 0;
-
-private:
-    const FarmOptions& farm_;
-    std::string job_;
-};
 
 class WatchCommand : public JobCommand {
 public:
@@ -60,18 +33,16 @@ private:
     bool json_ = false;
 };
 
-class CancelCommand : public JobCommand {
+class WhyCommand : public JobCommand {
 public:
-    CancelCommand(CLI::App& app, const FarmOptions& farm)
-        : JobCommand(app, farm, "cancel", "End a job now; what is done is kept and can be fetched") {}
+    WhyCommand(CLI::App& app, const FarmOptions& farm)
+        : JobCommand(app, farm, "why", "Say in one sentence what a job waits for, or how it ended") {}
 
 private:
     Result<void> ask(net::BlockingClient& client, std::uint64_t job, Console& console) override {
-        const auto reply = client.ask_for<wire::CancelReply>(wire::CancelRequest(job));
-        if (!reply) return reply.error();
-        const bool ends = reply->state == wire::JobState::cancelled || !is_final(reply->state);
-        console.result("job " + std::to_string(job) +
-                       (ends ? " is cancelled" : " is " + std::string(name_of(reply->state)) + " already"));
+        const auto status = ask_status(client, job);
+        if (!status) return status.error();
+        console.result(status->sentence.empty() ? progress_line(*status) : status->sentence);
         return {};
     }
 };
@@ -125,8 +96,8 @@ std::unique_ptr<Command> make_watch_command(CLI::App& app, const FarmOptions& fa
     return std::make_unique<WatchCommand>(app, farm);
 }
 
-std::unique_ptr<Command> make_cancel_command(CLI::App& app, const FarmOptions& farm) {
-    return std::make_unique<CancelCommand>(app, farm);
+std::unique_ptr<Command> make_why_command(CLI::App& app, const FarmOptions& farm) {
+    return std::make_unique<WhyCommand>(app, farm);
 }
 
 std::unique_ptr<Command> make_fetch_command(CLI::App& app, const FarmOptions& farm) {

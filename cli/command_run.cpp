@@ -123,7 +123,7 @@ Result<wire::JobStatus> RunCommand::see_through(EmbeddedFarm& farm, JobId job, S
     for (;;) {
         const auto status = farm.master().wait(job, look_seconds);
         if (!status) return status.error();
-        if (is_over(status->state)) {
+        if (wire::is_over(status->state)) {
             console.end_progress(progress_line(*status));
             if (status->state == wire::JobState::failed) return failed(status->sentence);
             return *status;

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 /// The subcommands, each in its own file.
 namespace lumenfarm {
@@ -24,7 +25,9 @@ std::unique_ptr<Command> make_submit_command(CLI::App& app, const FarmOptions& f
 std::unique_ptr<Command> make_status_command(CLI::App& app, const FarmOptions& farm);
 std::unique_ptr<Command> make_workers_command(CLI::App& app, const FarmOptions& farm);
 std::unique_ptr<Command> make_watch_command(CLI::App& app, const FarmOptions& farm);
-std::unique_ptr<Command> make_cancel_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_why_command(CLI::App& app, const FarmOptions& farm);
+/// pause, resume, cancel, extend, remove
+std::vector<std::unique_ptr<Command>> make_control_commands(CLI::App& app, const FarmOptions& farm);
 std::unique_ptr<Command> make_fetch_command(CLI::App& app, const FarmOptions& farm);
 
 }  // namespace lumenfarm

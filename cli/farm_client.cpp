@@ -48,7 +48,7 @@ Result<wire::JobStatus> watch_job(net::BlockingClient& client, std::uint64_t job
     for (;;) {
         auto status = ask_status(client, job);
         if (!status) return status;
-        if (is_final(status->state)) {
+        if (wire::is_over(status->state)) {
             console.end_progress(progress_line(*status));
             return status;
         }

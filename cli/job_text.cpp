@@ -55,29 +55,25 @@ std::string time_text(std::int64_t unix_seconds) {
     return buffer.data();
 }
 
+/// `end` is beyond the last particle.
+json::array set_aside(const wire::JobStatus& job) {
+    json::array ranges;
+    for (const ParticleRange& range : job.set_aside)
+        ranges.push_back(
+            json::object{{"light", range.light}, {"first", range.first}, {"end", range.first + range.count}});
+    return ranges;
+}
+
 std::string count_of(std::uint64_t count) { return short_count(static_cast<double>(count)); }
 
 }  // namespace
-
-std::string_view name_of(wire::JobState state) {
-    switch (state) {
-        case wire::JobState::queued: return "queued";
-        case wire::JobState::running: return "running";
-        case wire::JobState::done: return "done";
-        case wire::JobState::cancelled: return "cancelled";
-        case wire::JobState::failed: return "failed";
-    }
-    return "?";
-}
-
-bool is_final(wire::JobState state) { return state != wire::JobState::queued && state != wire::JobState::running; }
 
 std::string progress_line(const wire::JobStatus& job) {
     if (job.state == wire::JobState::queued) return title(job) + ": queued";
     std::string text = title(job) + ": " + count_of(job.committed) + " of " + count_of(job.particles) +
                        line(" particles (%.0f %%)", std::floor(100 * fraction(job)));
     if (job.state == wire::JobState::done) return text + ", done in " + duration_text(job.elapsed_seconds);
-    if (job.state != wire::JobState::running) return text + ", " + std::string(name_of(job.state));
+    if (job.state != wire::JobState::running) return text + ", " + std::string(wire::name_of(job.state));
     if (job.particles_per_second > 0) text += ", " + short_count(job.particles_per_second) + "/s";
     if (job.eta_seconds) text += ", " + duration_text(*job.eta_seconds) + " left";
     if (job.workers == 0 && job.committed < job.particles) text += ", no worker is at it";
@@ -93,7 +89,7 @@ std::string jobs_table(std::span<const wire::JobStatus> jobs) {
         const std::string left = job.eta_seconds ? duration_text(*job.eta_seconds) : "-";
         text +=
             line("%6llu  %-24.24s %-10.10s %9s %9s %6.1f %10s %12s\n", static_cast<unsigned long long>(job.job),
-                 title(job).c_str(), std::string(name_of(job.state)).c_str(), count_of(job.particles).c_str(),
+                 title(job).c_str(), std::string(wire::name_of(job.state)).c_str(), count_of(job.particles).c_str(),
                  count_of(job.committed).c_str(), std::floor(1000 * fraction(job)) / 10, rate.c_str(), left.c_str());
     }
     return text;
@@ -103,8 +99,8 @@ std::string job_details(const wire::JobStatus& job) {
     std::string text = line("job        %llu\n", static_cast<unsigned long long>(job.job));
     const auto add = [&](const char* label, const std::string& value) { text += line("%-10s ", label) + value + "\n"; };
     add("name", clean_name(job.name));
-    add("state", std::string(name_of(job.state)));
-    if (!job.sentence.empty()) add("reason", clean_name(job.sentence));
+    add("state", std::string(wire::name_of(job.state)));
+    if (!job.sentence.empty()) add("why", clean_name(job.sentence));
     add("submitted", time_text(job.created_unix_seconds));
     add("priority", std::to_string(job.priority));
     add("particles", line("%llu of %llu (%.1f %%)", static_cast<unsigned long long>(job.committed),
@@ -138,7 +134,7 @@ std::string workers_table(std::span<const wire::WorkerStatus> workers) {
 json::object job_document(const wire::JobStatus& job) {
     return {{"job", job.job},
             {"name", job.name},
-            {"state", name_of(job.state)},
+            {"state", wire::name_of(job.state)},
             {"sentence", job.sentence},
             {"priority", job.priority},
             {"scene", job.scene.hex()},
@@ -157,6 +153,9 @@ json::object job_document(const wire::JobStatus& job) {
             {"leases_returned", job.leases_returned},
             {"results_stale", job.results_stale},
             {"results_invalid", job.results_invalid},
+            {"audits", job.audits},
+            {"liars", job.liars},
+            {"set_aside", set_aside(job)},
             {"digest", job.digest ? json::value(job.digest->hex()) : json::value(nullptr)}};
 }
 

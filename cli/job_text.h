@@ -11,9 +11,6 @@
 /// Jobs and workers as people and scripts see them.
 namespace lumenfarm {
 
-std::string_view name_of(wire::JobState state);
-bool is_final(wire::JobState state);
-
 /// "cornell: 12.3M of 20M particles (61 %), 1.21M/s, 6 s left"
 std::string progress_line(const wire::JobStatus& job);
 

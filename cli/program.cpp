@@ -48,7 +48,8 @@ std::vector<std::unique_ptr<Command>> declare_commands(CLI::App& app, const Farm
     commands.push_back(make_status_command(app, farm));
     commands.push_back(make_workers_command(app, farm));
     commands.push_back(make_watch_command(app, farm));
-    commands.push_back(make_cancel_command(app, farm));
+    commands.push_back(make_why_command(app, farm));
+    for (auto& command : make_control_commands(app, farm)) commands.push_back(std::move(command));
     commands.push_back(make_fetch_command(app, farm));
     commands.push_back(make_inspect_command(app));
     commands.push_back(make_measure_command(app));

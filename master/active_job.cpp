@@ -62,6 +62,13 @@ void ActiveJob::take_back(WorkerId worker, std::span<const Claim> claims) {
         if (ledger_.held_by(worker, claim.lease)) ledger_.release(claim.lease);
 }
 
+void ActiveJob::retract(Retracted left) {
+    ledger_.retract(std::move(left.committed));
+    balance_ = left.balance;
+    trace_s_ = left.trace_s;
+    keep_threshold_ = left.keep_threshold;
+}
+
 void ActiveJob::commit(const StagedResult& result) {
     ledger_.commit(claims_of(result.done()));
     balance_ += result.done().balance;

@@ -37,6 +37,7 @@ public:
     std::optional<Outcome> take(WorkerId worker, StagedResult& result, wire::ResultDone done);
     /// The worker forgets a whole result: what its leases still owe is given out again.
     void take_back(WorkerId worker, std::span<const Claim> claims);
+    void retract(Retracted left);
     /// The result lasts.
     void commit(const StagedResult& result);
 

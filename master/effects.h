@@ -6,6 +6,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <set>
 #include <variant>
 #include <vector>
 
@@ -58,10 +60,18 @@ struct Prepare {
     JobRecord job;
 };
 
+/// Take results of a job out again, as if they had never been. Answer: on_retracted.
+struct Retract {
+    JobId job = 0;
+    std::set<WorkerId> workers;  ///< theirs
+    bool all = false;            ///< everybody's
+};
+
 /// Make the result last, then add it up. Several go to the disk together. Answer: on_results_stored.
 struct StoreResult {
     std::uint64_t ticket = 0;
     JobId job = 0;
+    WorkerId worker = 0;
     std::shared_ptr<const StagedResult> result;  ///< complete
 };
 
@@ -80,6 +90,20 @@ struct StoreSnapshot {
 /// Write the record. Answer: on_record_stored.
 struct StoreRecord {
     JobRecord record;
+    std::optional<Digest> basis;  ///< a job that is over goes on from this solution
+};
+
+/// Keep what the job has for when it goes on, and let go of its sums. REQUIRES: no result of the job is on its way.
+/// Answer: on_put_aside.
+struct PutAside {
+    JobId job = 0;
+    JobEffort effort;
+};
+
+/// Forget the job, which is over, and then the files. Answer: on_removed.
+struct RemoveJob {
+    JobId job = 0;
+    std::vector<Digest> files;  ///< that no other job needs
 };
 
 /// Write the solution of what was stored, and the record with its digests. REQUIRES: no result of the job is on its
@@ -89,8 +113,8 @@ struct StoreSolution {
     JobEffort effort;
 };
 
-using Effect = std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, StoreResult,
-                            StoreLeases, StoreSnapshot, StoreRecord, StoreSolution>;
+using Effect = std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, StoreResult, Retract,
+                            StoreLeases, StoreSnapshot, StoreRecord, PutAside, RemoveJob, StoreSolution>;
 using Effects = std::vector<Effect>;
 
 }  // namespace lumenfarm

@@ -50,12 +50,18 @@ struct JobRecord {
     bool has_solution = false;
     bool complete = false;      ///< the solution holds every particle
     bool cancel_asked = false;  ///< it ends as soon as what is on its way has arrived
+    bool paused = false;        ///< it gets no work until somebody resumes it
+    bool audited = false;       ///< the disk keeps each result until the job is over
+    bool begun = false;         ///< the disk holds what was done of it
+    std::uint64_t solution_bytes = 0;
+    std::int64_t ended_unix_seconds = 0;
 
     JobId id() const { return status.job; }
-    bool over() const { return status.state != wire::JobState::queued && status.state != wire::JobState::running; }
+    bool over() const { return wire::is_over(status.state); }
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& cancel_asked;
+        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& cancel_asked& paused& audited& begun&
+            solution_bytes& ended_unix_seconds;
     }
 };
 

@@ -18,6 +18,7 @@ JobLog::JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job,
       job_(job.id()),
       spec_(job.spec),
       scene_(job.status.scene),
+      keeps_results_(job.audited),
       sums_(spec_, std::move(prepared)) {}
 
 std::filesystem::path JobLog::path(std::uint64_t segment) const {
@@ -40,6 +41,9 @@ Result<void> JobLog::find_segments() {
 
 Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kept, const FileStore& files) {
     if (const auto found = find_segments(); !found) return found.error();
+    sums_ = JobSums(spec_, sums_.prepared_job());
+    snapshot_.reset();
+    kept_results_ = kept_bytes_ = 0;
     std::vector<std::string> damages;
     const std::string name = "job " + std::to_string(job_);
     if (kept.damaged > 0)
@@ -49,12 +53,14 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
             if (read.error().code == ErrorCode::failed) return read.error();
             damages.push_back("the snapshot of " + name + " is lost: " + read.error().sentence);
         }
-    for (const StoredResult& stored : kept.results)
+    for (const StoredResult& stored : kept.results) {
+        if (snapshot_ && stored.number < kept.snapshot->next_result) continue;
         if (const auto read = recover_result(stored); !read) {
             if (read.error().code == ErrorCode::failed) return read.error();
             damages.push_back("result " + std::to_string(stored.number) + " of " + name +
                               " is lost: " + read.error().sentence);
         }
+    }
     next_result_ = kept.next_result;
     return damages;
 }
@@ -64,7 +70,8 @@ Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore&
     if (!bytes) return bytes.error();
     auto solution = decode_solution(*bytes, sums_.prepared().scene, scene_);
     if (!solution) return solution.error();
-    if (solution->spec != spec_) return bad_input("it is of another job");
+    if (!same_but_for_particles(solution->spec, spec_) || solution->spec.particles > spec_.particles)
+        return bad_input("it is of another job");
     sums_.restore(std::move(*solution));
     snapshot_ = snapshot.file;
     return {};
@@ -84,7 +91,7 @@ Result<void> JobLog::recover_result(const StoredResult& stored) {
     return {};
 }
 
-Result<StoredResult> JobLog::append(const StagedResult& result) {
+Result<StoredResult> JobLog::append(const StagedResult& result, WorkerId worker) {
     if (!segment_) {
         const std::uint64_t number = segments_.empty() ? 0 : *segments_.rbegin() + 1;
         auto made = Segment::make(disk_, path(number));
@@ -98,7 +105,8 @@ Result<StoredResult> JobLog::append(const StagedResult& result) {
     ++appended_results_;
     appended_bytes_ += bytes.size();
     return StoredResult{job_,    next_result_++, *segments_.rbegin(),
-                        *offset, bytes.size(),   XXH3_64bits(bytes.data(), bytes.size())};
+                        *offset, bytes.size(),   XXH3_64bits(bytes.data(), bytes.size()),
+                        worker};
 }
 
 Result<void> JobLog::sync() { return segment_ ? segment_->sync() : Result<void>(); }
@@ -131,6 +139,7 @@ bool JobLog::snapshot_pays() const {
 Result<void> JobLog::begin_after(const Digest& snapshot) {
     snapshot_ = snapshot;
     kept_results_ = kept_bytes_ = 0;
+    if (keeps_results_) return {};
     segment_.reset();
     const std::uint64_t last = segments_.empty() ? 0 : *segments_.rbegin();
     auto removed = remove_segments();

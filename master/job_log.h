@@ -23,13 +23,13 @@ public:
     /// REQUIRES: the folder is there; `disk` outlives this.
     JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job, std::shared_ptr<const PreparedJob> prepared);
 
-    /// Adds up what earlier lives have kept. What is damaged is left out, so that its particles are traced again; a
-    /// sentence for each. Errors: failed (the disk: what it holds may be good).
+    /// Adds up what was kept, by earlier lives or this one. What is damaged is left out, so that its particles are
+    /// traced again; a sentence for each. Errors: failed (the disk: what it holds may be good).
     Result<std::vector<std::string>> recover(const JobStore::Unfinished& kept, const FileStore& files);
 
     /// Writes a result behind those before. sync() makes them last. Then all of them are committed to the job store,
     /// kept and merged, or all are undone. Errors: no_space, failed.
-    Result<StoredResult> append(const StagedResult& result);
+    Result<StoredResult> append(const StagedResult& result, WorkerId worker);
     Result<void> sync();
     void keep();
     void merge(const StagedResult& result) { sums_.merge(result); }
@@ -42,11 +42,15 @@ public:
     };
     Encoded solution(const JobEffort& effort);
 
+    /// True when results came since the last snapshot.
+    bool has_unsaved() const { return kept_results_ > 0; }
     /// True when what came since the last snapshot takes longer to read again than a snapshot would.
     bool snapshot_pays() const;
     std::uint64_t next_result() const { return next_result_; }
     const std::optional<Digest>& snapshot() const { return snapshot_; }
-    /// The snapshot of everything merged counts: the segments before go. Errors: failed.
+    /// Whether each result stays on the disk until the job is over, to be retracted if need be.
+    bool keeps_results() const { return keeps_results_; }
+    /// The snapshot of everything merged counts: the segments before go, unless results are kept. Errors: failed.
     Result<void> begin_after(const Digest& snapshot);
     /// Errors: failed.
     Result<void> remove_segments();
@@ -65,6 +69,7 @@ private:
     JobId job_;
     JobSpec spec_;
     Digest scene_;
+    bool keeps_results_;
     JobSums sums_;
     std::optional<Segment> segment_;    ///< of this life, since the last snapshot
     std::set<std::uint64_t> segments_;  ///< on the disk

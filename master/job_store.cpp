@@ -20,12 +20,14 @@ constexpr std::array schema{
 
     "CREATE TABLE results (job INTEGER NOT NULL, number INTEGER NOT NULL, segment INTEGER NOT NULL,"
     " first_byte INTEGER NOT NULL, bytes INTEGER NOT NULL, bytes_checksum INTEGER NOT NULL,"
-    " checksum INTEGER NOT NULL, PRIMARY KEY (job, number)) STRICT, WITHOUT ROWID;"
+    " worker INTEGER NOT NULL, checksum INTEGER NOT NULL, PRIMARY KEY (job, number)) STRICT, WITHOUT ROWID;"
     "CREATE TABLE leases (lease INTEGER PRIMARY KEY, job INTEGER NOT NULL, worker INTEGER NOT NULL,"
     " light INTEGER NOT NULL, first INTEGER NOT NULL, count INTEGER NOT NULL, checksum INTEGER NOT NULL) STRICT;"
     "CREATE INDEX leases_of_job ON leases (job);"
     "CREATE TABLE snapshots (job INTEGER PRIMARY KEY, next_result INTEGER NOT NULL, file BLOB NOT NULL,"
-    " checksum INTEGER NOT NULL) STRICT;"};
+    " checksum INTEGER NOT NULL) STRICT;"
+    // the highest number of a removed job: damage to it may at worst cost a number
+    "CREATE TABLE removed (one INTEGER PRIMARY KEY CHECK (one = 1), last INTEGER NOT NULL) STRICT;"};
 
 std::uint64_t checksum(JobId job, std::span<const std::byte> record) {
     return XXH3_64bits_withSeed(record.data(), record.size(), job);
@@ -37,8 +39,8 @@ std::uint64_t checksum(std::span<const std::uint64_t> numbers) {
     return XXH3_64bits(numbers.data(), numbers.size_bytes());
 }
 
-std::array<std::uint64_t, 6> numbers_of(const StoredResult& result) {
-    return {result.job, result.number, result.segment, result.offset, result.bytes, result.checksum};
+std::array<std::uint64_t, 7> numbers_of(const StoredResult& result) {
+    return {result.job, result.number, result.segment, result.offset, result.bytes, result.checksum, result.worker};
 }
 
 std::array<std::uint64_t, 6> numbers_of(const StoredLease& stored) {
@@ -96,12 +98,16 @@ Result<JobStore::Contents> JobStore::load() {
     if (!rows) return rows.error();
     rows->bind(limits::job_record_bytes_max);
     Contents contents;
+    auto removed = database_.prepare("SELECT ifnull(max(last), 0) FROM removed");
+    if (!removed) return removed.error();
+    if (const auto row = removed->step(); !row) return row.error();
+    contents.next_job = removed->number(0) + 1;
     while (true) {
         const auto row = rows->step();
         if (!row) return row.error();
         if (!*row) return contents;
         const JobId job = rows->number(0);
-        contents.next_job = job + 1;
+        contents.next_job = std::max(contents.next_job, job + 1);
         const std::vector<std::byte> bytes = rows->bytes(1);
         auto record = rows->number(2) == checksum(job, bytes) ? decode(job, bytes) : std::nullopt;
         if (record) {
@@ -161,7 +167,7 @@ Result<void> JobStore::commit(std::span<const StoredResult> results, std::span<c
                               std::span<const LeaseId> ended) {
     auto all = database_.begin();
     if (!all) return all.error();
-    auto insert = database_.prepare("INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?)");
+    auto insert = database_.prepare("INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
     if (!insert) return insert.error();
     for (const StoredResult& result : results)
         if (auto written = write_row(*insert, numbers_of(result)); !written) return written;
@@ -176,18 +182,53 @@ Result<void> JobStore::commit(std::span<const StoredResult> results, std::span<c
     return all->commit();
 }
 
-Result<void> JobStore::checkpoint(JobId job, const Snapshot& snapshot) {
+Result<void> JobStore::reopen(const JobRecord& record, const Digest& solution) {
     auto all = database_.begin();
     if (!all) return all.error();
+    if (auto written = write_record(record); !written) return written;
+    if (auto written = write_snapshot(record.id(), {solution, 0}); !written) return written;
+    return all->commit();
+}
+
+Result<void> JobStore::remove(JobId job) {
+    auto all = database_.begin();
+    if (!all) return all.error();
+    if (auto removed = remove_rows("DELETE FROM jobs WHERE job = ?", std::array{job}); !removed) return removed;
+    auto note = database_.prepare("INSERT OR REPLACE INTO removed SELECT 1, max(?, ifnull(max(last), 0)) FROM removed");
+    if (!note) return note.error();
+    if (auto noted = note->bind(job).run(); !noted) return noted;
+    return all->commit();
+}
+
+Result<void> JobStore::write_snapshot(JobId job, const Snapshot& snapshot) {
     auto put = database_.prepare("INSERT OR REPLACE INTO snapshots VALUES (?, ?, ?, ?)");
     if (!put) return put.error();
     const auto file = std::as_bytes(std::span(snapshot.file.bytes));
-    put->bind(job).bind(snapshot.next_result).bind(file).bind(checksum(job, snapshot));
-    if (auto written = put->run(); !written) return written;
+    return put->bind(job).bind(snapshot.next_result).bind(file).bind(checksum(job, snapshot)).run();
+}
+
+Result<void> JobStore::checkpoint(JobId job, const Snapshot& snapshot, bool keep_results) {
+    auto all = database_.begin();
+    if (!all) return all.error();
+    if (auto written = write_snapshot(job, snapshot); !written) return written;
+    if (keep_results) return all->commit();
     if (auto removed =
             remove_rows("DELETE FROM results WHERE job = ? AND number < ?", std::array{job, snapshot.next_result});
         !removed)
         return removed;
+    return all->commit();
+}
+
+Result<void> JobStore::retract(JobId job, const std::set<WorkerId>& workers, bool all_results) {
+    auto all = database_.begin();
+    if (!all) return all.error();
+    if (auto removed = remove_rows("DELETE FROM snapshots WHERE job = ?", std::array{job}); !removed) return removed;
+    for (const WorkerId worker : workers)
+        if (auto removed = remove_rows("DELETE FROM results WHERE job = ? AND worker = ?", std::array{job, worker});
+            !removed)
+            return removed;
+    if (all_results)
+        if (auto removed = remove_rows("DELETE FROM results WHERE job = ?", std::array{job}); !removed) return removed;
     return all->commit();
 }
 
@@ -228,8 +269,8 @@ Result<void> JobStore::read_results(JobId job, Unfinished& into) {
         if (!row) return row.error();
         if (!*row) return {};
         into.next_result = std::max(into.next_result, rows->number(1) + 1);
-        if (const auto n = read_row<6>(*rows)) {
-            into.results.push_back({(*n)[0], (*n)[1], (*n)[2], (*n)[3], (*n)[4], (*n)[5]});
+        if (const auto n = read_row<7>(*rows)) {
+            into.results.push_back({(*n)[0], (*n)[1], (*n)[2], (*n)[3], (*n)[4], (*n)[5], (*n)[6]});
         } else {
             ++into.damaged;
         }

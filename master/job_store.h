@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct StoredResult {
     std::uint64_t offset = 0;
     std::uint64_t bytes = 0;
     std::uint64_t checksum = 0;  ///< XXH3-64 of the bytes
+    WorkerId worker = 0;
     bool operator==(const StoredResult&) const = default;
 };
 
@@ -58,17 +60,24 @@ public:
     Result<void> put(const JobRecord& record);
     /// The record of a job that is over; nothing else is kept of it.
     Result<void> finish(const JobRecord& record);
+    /// The record of a job that was over and goes on from its solution.
+    Result<void> reopen(const JobRecord& record, const Digest& solution);
+    /// Forgets a job that is over. Its number is never given again.
+    Result<void> remove(JobId job);
 
     /// The commit of results (law 6). A lease that is given and has ended is not written.
     Result<void> commit(std::span<const StoredResult> results, std::span<const StoredLease> given,
                         std::span<const LeaseId> ended);
     /// The snapshot takes the place of an older one and of the results in it.
-    Result<void> checkpoint(JobId job, const Snapshot& snapshot);
+    /// `keep_results`: they stay beside it.
+    Result<void> checkpoint(JobId job, const Snapshot& snapshot, bool keep_results);
+    /// Forgets the snapshot, and the results of the workers, or all.
+    Result<void> retract(JobId job, const std::set<WorkerId>& workers, bool all);
 
     /// What is kept of a job that is not over.
     struct Unfinished {
         std::optional<Snapshot> snapshot;
-        std::vector<StoredResult> results;  ///< by number, those that are not in the snapshot
+        std::vector<StoredResult> results;  ///< by number
         std::uint64_t next_result = 0;      ///< above every number that was ever given
         std::vector<GivenLease> leases;
         std::uint64_t damaged = 0;  ///< rows that were left out
@@ -78,6 +87,7 @@ public:
 private:
     explicit JobStore(Database database) : database_(std::move(database)) {}
     Result<void> write_record(const JobRecord& record);
+    Result<void> write_snapshot(JobId job, const Snapshot& snapshot);
     Result<void> remove_rows(const char* sql, std::span<const std::uint64_t> keys);
     Result<void> read_snapshot(JobId job, Unfinished& into);
     Result<void> read_results(JobId job, Unfinished& into);

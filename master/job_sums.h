@@ -25,6 +25,7 @@ public:
     void restore(Solution solution);
 
     const PreparedJob& prepared() const { return *prepared_; }
+    const std::shared_ptr<const PreparedJob>& prepared_job() const { return prepared_; }
     const std::vector<IntervalSet>& committed() const { return committed_; }
     const EnergyBalance& balance() const { return balance_; }
     const SolutionTime& time() const { return time_; }

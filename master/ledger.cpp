@@ -65,7 +65,7 @@ void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
         ended_.push_back(given.lease);
         return;
     }
-    leases_.emplace(given.lease, Lease{given.worker, range.light, now_s, deadline_s, 0, std::move(owed)});
+    leases_.emplace(given.lease, Lease{given.worker, range.light, now_s, deadline_s, 0, 0, std::move(owed)});
 }
 
 /// What is neither leased nor has arrived.
@@ -109,15 +109,20 @@ Interval Ledger::take(LightShare& share, std::uint64_t count) {
     return taken;
 }
 
-std::optional<ParticleRange> Ledger::lease(LeaseId id, WorkerId worker, std::uint64_t count, double now_s,
-                                           double deadline_s) {
+std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands hands, std::uint64_t count,
+                                              double now_s, double deadline_s) {
     ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
+    if (const auto lost = lost_.take(now_s, hands == Hands::empty, count)) {
+        leases_.emplace(
+            id, Lease{worker, lost->range.light, now_s, deadline_s, 0, lost->losses, {interval_of(lost->range)}});
+        return NewLease{lost->range, lost->alone()};
+    }
     if (by_fraction_.empty()) return std::nullopt;
     const std::uint32_t light = by_fraction_.begin()->second;
     const Interval taken = take(shares_[light], std::min(count, shares_[light].available));
     set_available(light, shares_[light].available - (taken.end - taken.begin));
-    leases_.emplace(id, Lease{worker, light, now_s, deadline_s, 0, {taken}});
-    return ParticleRange{light, taken.begin, taken.end - taken.begin};
+    leases_.emplace(id, Lease{worker, light, now_s, deadline_s, 0, 0, {taken}});
+    return NewLease{{light, taken.begin, taken.end - taken.begin}};
 }
 
 std::optional<ParticleRange> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
@@ -133,7 +138,7 @@ std::optional<ParticleRange> Ledger::lease_twin(LeaseId id, WorkerId worker, dou
     Lease& straggler = oldest->second;
     const Interval owed = straggler.owed.front();
     straggler.twin = id;
-    leases_.emplace(id, Lease{worker, straggler.light, now_s, deadline_s, oldest->first, {owed}});
+    leases_.emplace(id, Lease{worker, straggler.light, now_s, deadline_s, oldest->first, straggler.losses, {owed}});
     return ParticleRange{straggler.light, owed.begin, owed.end - owed.begin};
 }
 
@@ -183,6 +188,24 @@ void Ledger::commit(std::span<const Claim> claims) {
     }
 }
 
+void Ledger::retract(std::vector<IntervalSet> committed) {
+    committed.resize(committed_.size());
+    for (std::uint32_t light = 0; light < committed_.size(); ++light) {
+        IntervalSet arrived = committed[light];
+        for (const Interval& piece : arrived_[light].intervals())
+            for (const Interval& on_its_way : committed_[light].gaps(piece.begin, piece.end))
+                ensure(arrived.insert(on_its_way.begin, on_its_way.end), "what is left was committed");
+        for (const Interval& piece : committed_[light].intervals())
+            for (const Interval& taken : committed[light].gaps(piece.begin, piece.end)) {
+                committed_particles_ -= taken.end - taken.begin;
+                shares_[light].returned.push_back(taken);
+                set_available(light, shares_[light].available + (taken.end - taken.begin));
+            }
+        arrived_[light] = std::move(arrived);
+        committed_[light] = std::move(committed[light]);
+    }
+}
+
 /// Removes `done` from what the lease owes; a lease that owes nothing ends.
 void Ledger::cut(LeaseId id, const Interval& done) {
     const auto found = leases_.find(id);
@@ -206,25 +229,40 @@ void Ledger::end(std::map<LeaseId, Lease>::iterator lease) {
     leases_.erase(lease);
 }
 
+std::vector<Interval> Ledger::owed_alone(const Lease& lease) const {
+    const auto twin = leases_.find(lease.twin);
+    std::vector<Interval> alone = lease.owed;
+    if (twin == leases_.end()) return alone;
+    std::erase_if(alone, [&](const Interval& piece) {
+        return std::any_of(twin->second.owed.begin(), twin->second.owed.end(),
+                           [&](const Interval& other) { return inside(piece, other); });
+    });
+    return alone;
+}
+
 void Ledger::release(LeaseId id) {
     const auto found = leases_.find(id);
     if (found == leases_.end()) return;
     const Lease& lease = found->second;
-    const auto twin = leases_.find(lease.twin);
-    const auto twin_owes = [&](const Interval& piece) {
-        const auto same = [&](const Interval& other) { return inside(piece, other); };
-        return twin != leases_.end() && std::any_of(twin->second.owed.begin(), twin->second.owed.end(), same);
-    };
-    for (const Interval& piece : lease.owed) {
-        if (twin_owes(piece)) continue;
+    for (const Interval& piece : owed_alone(lease)) {
         shares_[lease.light].returned.push_back(piece);
         set_available(lease.light, shares_[lease.light].available + (piece.end - piece.begin));
     }
     end(found);
 }
 
-void Ledger::release_worker(WorkerId worker) {
-    for (const LeaseId id : leases_of(worker)) release(id);
+/// As release(), with a note that the particles may have been what the worker was lost of.
+void Ledger::lose(LeaseId id, double now_s) {
+    const auto found = leases_.find(id);
+    const Lease& lease = found->second;
+    for (const Interval& piece : owed_alone(lease))
+        lost_.add({lease.light, piece.begin, piece.end - piece.begin}, lease.losses + 1, now_s);
+    if (const auto twin = leases_.find(lease.twin); twin != leases_.end()) twin->second.losses = lease.losses + 1;
+    end(found);
+}
+
+void Ledger::release_all() {
+    while (!leases_.empty()) release(leases_.begin()->first);
 }
 
 void Ledger::extend(WorkerId worker, double deadline_s) {
@@ -241,8 +279,13 @@ std::uint64_t Ledger::expire(double now_s) {
     std::vector<LeaseId> late;
     for (const auto& [id, lease] : leases_)
         if (lease.deadline_s <= now_s) late.push_back(id);
-    for (const LeaseId id : late) release(id);
+    for (const LeaseId id : late) lose(id, now_s);
     return late.size();
+}
+
+std::uint64_t Ledger::leased_particles() const {
+    return particles_in_all_ - committed_particles_ - unleased_ - lost_.waiting_particles() -
+           lost_.set_aside_particles();
 }
 
 bool Ledger::held_by(WorkerId worker, LeaseId id) const {
@@ -254,6 +297,11 @@ std::uint64_t Ledger::workers() const {
     std::set<WorkerId> workers;
     for (const auto& [id, lease] : leases_) workers.insert(lease.worker);
     return workers.size();
+}
+
+bool Ledger::has_lease(WorkerId worker) const {
+    return std::any_of(leases_.begin(), leases_.end(),
+                       [&](const auto& entry) { return entry.second.worker == worker; });
 }
 
 std::vector<LeaseId> Ledger::leases_of(WorkerId worker) const {

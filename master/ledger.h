@@ -2,6 +2,7 @@
 
 #include "common/solution/interval_set.h"
 #include "common/transport/tracer.h"
+#include "master/lost_sets.h"
 
 #include <cstdint>
 #include <map>
@@ -52,11 +53,19 @@ public:
     Ledger(std::vector<std::uint64_t> particles, std::vector<IntervalSet> committed, std::span<const GivenLease> leases,
            double now_s, double deadline_s);
 
-    /// Leases up to `count` consecutive particles of the light of which the smallest fraction has been given out, so
-    /// that an interrupted job is fair to its lights. Empty when nothing is left to give. REQUIRES: count > 0, a new
-    /// id.
-    std::optional<ParticleRange> lease(LeaseId id, WorkerId worker, std::uint64_t count, double now_s,
-                                       double deadline_s);
+    /// For whom a set is: a worker that has nothing in hand may get one that is suspected of killing workers.
+    enum class Hands : bool { full, empty };
+    struct NewLease {
+        ParticleRange range;
+        bool alone = false;  ///< the worker must get nothing else until it ends
+    };
+    /// Whether lease() has something.
+    bool has_set(Hands hands, double now_s) const { return unleased_ > 0 || lost_.ready(now_s, hands == Hands::empty); }
+    /// Leases up to `count` consecutive particles: lost ones whose wait is over; else of the light of which the
+    /// smallest fraction has been given out, so that an interrupted job is fair to its lights. Empty when there is
+    /// nothing. REQUIRES: count > 0, a new id.
+    std::optional<NewLease> lease(LeaseId id, WorkerId worker, Hands hands, std::uint64_t count, double now_s,
+                                  double deadline_s);
     /// Leases what a straggler still owes a second time: the oldest lease of another worker that was given before
     /// `given_before_s` and has no twin yet. The first commit wins.
     std::optional<ParticleRange> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
@@ -70,13 +79,16 @@ public:
     /// The particles last. REQUIRES: the claims are being stored.
     void commit(std::span<const Claim> claims);
 
+    /// Only these are committed; the others are to be traced again. REQUIRES: they are committed now.
+    void retract(std::vector<IntervalSet> committed);
+
     /// Takes a lease back; what it owes is given out again unless its twin still has it. Unknown ids are ignored.
     void release(LeaseId id);
-    void release_worker(WorkerId worker);
+    void release_all();
     void extend(WorkerId worker, double deadline_s);
     /// Brings the deadlines of a worker that is away down to `deadline_s`.
     void shorten(WorkerId worker, double deadline_s);
-    /// Releases every lease whose deadline has passed and says how many they were.
+    /// Takes back every lease whose deadline has passed, the worker being lost, and says how many they were.
     std::uint64_t expire(double now_s);
 
     /// Ids of the leases that ended since the last call.
@@ -86,8 +98,17 @@ public:
     bool held_by(WorkerId worker, LeaseId id) const;
     std::uint64_t workers() const;  ///< that hold a lease
     std::vector<LeaseId> leases_of(WorkerId worker) const;
+    bool has_lease(WorkerId worker) const;
     std::uint64_t outstanding() const { return leases_.size(); }
-    std::uint64_t unleased() const { return unleased_; }
+    std::uint64_t unleased() const { return unleased_; }  ///< particles to give out, but for lost ones
+    const LostSets& lost() const { return lost_; }
+    /// Particles that workers have, or whose results are on their way to the disk.
+    std::uint64_t leased_particles() const;
+    /// Nothing is left but particles that were set aside.
+    bool only_set_aside_left() const {
+        return !lost_.set_aside().empty() && leases_.empty() &&
+               committed_particles_ + lost_.set_aside_particles() == particles_in_all_;
+    }
     std::uint64_t particles() const { return particles_in_all_; }
     std::uint64_t committed_particles() const { return committed_particles_; }
     bool complete() const { return committed_particles_ == particles_in_all_; }
@@ -99,7 +120,8 @@ private:
         std::uint32_t light = 0;
         double given_s = 0;
         double deadline_s = 0;
-        LeaseId twin = 0;  ///< 0: none
+        LeaseId twin = 0;          ///< 0: none
+        std::uint32_t losses = 0;  ///< of its particles, before
         std::vector<IntervalSet::Interval> owed;
     };
     struct LightShare {
@@ -114,6 +136,9 @@ private:
     IntervalSet::Interval take(LightShare& share, std::uint64_t count);
     void set_available(std::uint32_t light, std::uint64_t available);
     void end(std::map<LeaseId, Lease>::iterator lease);
+    /// What of the lease nobody else owes.
+    std::vector<IntervalSet::Interval> owed_alone(const Lease& lease) const;
+    void lose(LeaseId id, double now_s);
     void cut(LeaseId id, const IntervalSet::Interval& done);
     ClaimVerdict check_one(WorkerId worker, const Claim& claim) const;
 
@@ -122,6 +147,7 @@ private:
     std::map<LeaseId, Lease> leases_;
     std::vector<IntervalSet> arrived_;  ///< being stored, or committed
     std::vector<IntervalSet> committed_;
+    LostSets lost_;
     std::vector<LeaseId> ended_;
     std::uint64_t unleased_ = 0;
     std::uint64_t particles_in_all_ = 0;

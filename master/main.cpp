@@ -41,6 +41,20 @@ void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
         ->envname("LUMENFARM_CHECKPOINT_SECONDS")
         ->check(CLI::Range(0.1, 86'400.0))
         ->capture_default_str();
+    app.add_option("--audit-fraction", options.audit_fraction,
+                   "of the results are traced again by a second worker, to find workers whose results are wrong")
+        ->envname("LUMENFARM_AUDIT_FRACTION")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    app.add_option("--keep-days", options.keep_days, "jobs that ended longer ago are removed; 0 keeps them")
+        ->envname("LUMENFARM_KEEP_DAYS")
+        ->check(CLI::Range(0.0, 36'500.0))
+        ->capture_default_str();
+    app.add_option("--keep-bytes", options.keep_bytes,
+                   "most bytes of solutions, beyond which the job that ended first is removed; 0: any number")
+        ->envname("LUMENFARM_KEEP_BYTES")
+        ->transform(CLI::AsSizeValue(false))
+        ->capture_default_str();
 }
 
 /// To be called before any thread starts: they all inherit the mask, and wait_for_signal() takes what comes.

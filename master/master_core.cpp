@@ -9,8 +9,9 @@ namespace lumenfarm {
 Effects MasterCore::settle_and_take(double now_s) {
     if (!stopping_) {
         give_work(now_s);
-        prepare_next();
+        prepare_next(now_s);
     }
+    for (auto& [id, job] : jobs_) retract_if_quiet(job);
     collect_ended_leases();
     return std::exchange(effects_, {});
 }
@@ -57,9 +58,12 @@ Effects MasterCore::tick(double now_s) {
         count(Discard::lease_expired, expired);
         sample_rate(job, now_s);
         store_snapshot(job, now_s);
+        pause_if_stuck(job, now_s);
         end_if_finished(job, now_s);
     }
+    audits_.expire(now_s - limits::audit_seconds);
     try_again(now_s);
+    remove_old_jobs(now_s);
     give_twins(now_s);
     return settle_and_take(now_s);
 }

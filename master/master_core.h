@@ -1,6 +1,7 @@
 #pragma once
 
 #include "master/active_job.h"
+#include "master/audits.h"
 #include "master/effects.h"
 #include "master/session.h"
 
@@ -26,8 +27,13 @@ struct MasterPolicy {
     std::uint32_t epoch = 1;        ///< of this life of the master; larger than those of earlier ones
     JobId first_job = 1;            ///< jobs get this number and the following ones
     double set_target_seconds = 2;
-    double flush_seconds = 2;        ///< maps: between two results of a tracing thread
-    double checkpoint_seconds = 10;  ///< between two snapshots of a job
+    double flush_seconds = 2;                 ///< maps: between two results of a tracing thread
+    double checkpoint_seconds = 10;           ///< between two snapshots of a job
+    double audit_fraction = 0;                ///< of the results are traced again by another worker
+    std::uint64_t audit_key = 0;              ///< random: nobody knows which, nor what they are reduced to
+    std::int64_t started_unix_seconds = 0;    ///< when the clock of the events was 0
+    std::optional<double> keep_seconds;       ///< jobs that ended longer ago are removed
+    std::optional<std::uint64_t> keep_bytes;  ///< while solutions take more, the job that ended first is removed
 };
 
 /// Why something was thrown away or somebody sent off. Counted.
@@ -46,8 +52,10 @@ enum class Discard : std::uint8_t {
     staging_full,
     lease_expired,
     lease_returned,
+    quarantined,
+    audit_hopeless,
 };
-inline constexpr std::size_t discard_count = static_cast<std::size_t>(Discard::lease_returned) + 1;
+inline constexpr std::size_t discard_count = static_cast<std::size_t>(Discard::audit_hopeless) + 1;
 
 class MasterCore {
 public:
@@ -72,6 +80,10 @@ public:
     Effects on_results_stored(std::span<const std::uint64_t> tickets,
                               const Result<std::map<JobId, std::uint64_t>>& stored, double now_s);
     Effects on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s);
+    Effects on_put_aside(const PutAside& aside, double now_s);
+    Effects on_removed(const RemoveJob& remove, const Result<void>& removed, double now_s);
+    /// `left`: what is left of the job.
+    Effects on_retracted(const Retract& retract, Result<Retracted> left, double now_s);
     /// `stored`: the record with the solution.
     Effects on_solution_stored(const StoreSolution& store, const Result<JobRecord>& stored, double now_s);
 
@@ -85,10 +97,27 @@ public:
     std::size_t staged_bytes() const { return staged_bytes_; }
 
 private:
-    enum class Phase : std::uint8_t { queued, preparing, running, ending, storing, over };
+    enum class Phase : std::uint8_t {
+        queued,
+        preparing,
+        running,
+        ending,  ///< no more sets; outstanding results are waited for, then it is stored or put aside
+        put_aside,
+        storing,
+        over,
+        removing,
+    };
     struct Asker {
         SessionId session = 0;
         std::uint64_t request_id = 0;
+        wire::JobAction action = wire::JobAction::pause;
+    };
+    /// Results that are to be taken out of a job again.
+    struct Retraction {
+        std::set<WorkerId> workers;
+        bool all = false;
+        bool on_its_way = false;
+        bool waits = false;  ///< for space on the disk
     };
     struct Job {
         JobRecord record;
@@ -97,10 +126,12 @@ private:
         std::optional<double> started_s;       ///< of the first lease
         std::set<WorkerId> contributors;       ///< workers whose results were committed
         double end_by_s = 0;                   ///< ending: outstanding results are waited for until then
-        bool resumes = false;                  ///< it was running when an earlier life ended
+        bool resumes = false;                  ///< it goes on before others begin
+        std::optional<Digest> basis;           ///< it was over, and is to go on from this solution
         std::size_t results_on_their_way = 0;  ///< to the disk
         std::size_t records_on_their_way = 0;  ///< to the disk
-        std::vector<Asker> cancel_askers;      ///< to be answered when the record lasts
+        std::vector<Asker> askers;             ///< to be answered when the record lasts
+        std::optional<Retraction> retraction;  ///< no sets are given out meanwhile
         bool record_waits = false;             ///< for space on the disk
         bool solution_waits = false;           ///< for space on the disk
         JobEffort effort;                      ///< storing: for the solution
@@ -136,6 +167,9 @@ private:
     void tell(Session& session, Worker& worker, Job& job);
     void drop_open(Worker& worker);
     void give_work(double now_s);
+    static Job* job_for(const Session& session, const std::vector<Job*>& jobs, Ledger::Hands hands, double now_s);
+    bool has_suspect(Worker& worker);
+    Ledger::Hands hands_of(const Session& session) const;
     bool give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                   double now_s);
     LeaseId new_lease();
@@ -156,29 +190,57 @@ private:
     void collect_ended_leases();
 
     // jobs (master_jobs.cpp)
-    void prepare_next();
+    void prepare_next(double now_s);
     Job* next_to_prepare();
     bool is_awaited(JobId job) const;
     void resume_workers(Job& job, double now_s);
     std::vector<Job*> running_in_order();
     static bool before(const Job& a, const Job& b);
     void end_if_finished(Job& job, double now_s);
-    void end_with_failure(Job& job, std::string sentence);
+    void end_with_solution(Job& job, double now_s);
+    void put_aside(Job& job, double now_s);
+    void end_with_failure(Job& job, std::string sentence, double now_s);
     void tell_gone(Job& job);
     void sample_rate(Job& job, double now_s) const;
+    std::int64_t unix_seconds(double now_s) const { return policy_.started_unix_seconds + std::int64_t(now_s); }
     JobEffort effort_of(const Job& job, double now_s) const;
+    wire::JobStatus counts_of(const Job& job, double now_s) const;
     wire::JobStatus status_of(const Job& job, double now_s) const;
     Job* find(JobId job);
+
+    // what is done to a job (master_control.cpp). Errors: bad_input.
+    void on(SessionId session, std::uint64_t request_id, const wire::ControlRequest& request, double now_s);
+    Result<void> control(Job& job, const wire::ControlRequest& request, double now_s);
+    Result<void> pause(Job& job, double now_s);
+    Result<void> resume(Job& job);
+    void pause_if_stuck(Job& job, double now_s);
+    void cancel_job(Job& job, double now_s);
+    Result<void> extend(Job& job, std::uint64_t particles, double now_s);
+    Result<void> remove(Job& job);
+    void remove_old_jobs(double now_s);
+    void wind_up(Job& job, double now_s);
+    void answer_askers(Job& job);
+
+    // results that are traced again (master_audit.cpp)
+    void audit(const Job& job, const Storing& stored, std::uint64_t ticket);
+    bool give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s);
+    bool take_audit(Session& session, StagedResult& result, wire::ResultDone& done, double now_s);
+    void condemn(WorkerId liar, JobId found_in, double now_s);
+    void begin_retraction(Job& job, WorkerId liar);
+    void retract_if_quiet(Job& job);
+    bool is_questioned(const Job& job);
+
+    // why a job is not over (master_why.cpp)
+    std::string why(const Job& job, double now_s) const;
+    std::string why_queued(const Job& job) const;
+    std::string why_running(const Job& job, double now_s) const;
 
     // submitters (master_requests.cpp)
     void on(SessionId session, std::uint64_t request_id, wire::Submit submit, double now_s);
     void on(SessionId session, std::uint64_t request_id, const wire::StatusRequest& request, double now_s);
     void on(SessionId session, std::uint64_t request_id, const wire::WorkersRequest& request, double now_s);
-    void on(SessionId session, std::uint64_t request_id, const wire::CancelRequest& request, double now_s);
     void on(SessionId session, std::uint64_t request_id, const wire::FetchRequest& request, double now_s);
     void refuse(SessionId session, std::uint64_t request_id, wire::RefusalReason reason, std::string sentence);
-    void cancel_job(Job& job, double now_s);
-    void answer_cancel(Job& job);
     void admit_next();
     JobRecord* find_key(std::uint64_t key);
 
@@ -198,7 +260,10 @@ private:
     double retry_s_ = 0;                   ///< when what waits for space is tried again
     std::size_t staged_bytes_ = 0;
     bool stopping_ = false;
-    std::deque<Admit> admissions_;  ///< the first is being carried out
+    Audits audits_;
+    std::set<WorkerId> liars_;
+    std::set<std::string> liar_names_;  ///< of machines that are kept out
+    std::deque<Admit> admissions_;      ///< the first is being carried out
     std::array<std::uint64_t, discard_count> discarded_{};
     Effects effects_;
 };

@@ -19,8 +19,8 @@ void MasterCore::restore(JobRecord record) {
     if (job.record.over()) {
         job.phase = Phase::over;
     } else {
-        job.resumes = job.record.status.state == wire::JobState::running;
-        job.record.status.state = wire::JobState::queued;
+        job.resumes = job.record.status.state == wire::JobState::running && !job.record.paused;
+        job.record.status.state = job.record.paused ? wire::JobState::paused : wire::JobState::queued;
     }
     jobs_.insert_or_assign(job.record.id(), std::move(job));
 }
@@ -56,34 +56,47 @@ bool MasterCore::is_awaited(JobId job) const {
     });
 }
 
-/// One job at a time: the next begins when those before it have nothing left to lease. Jobs that were running when an
-/// earlier life ended come first, since workers hold results of them.
+/// Jobs of one priority share the farm; those of a lower one begin when nothing is left to lease of the others. Jobs
+/// whose results workers hold, and those that are only to be ended, come first.
 MasterCore::Job* MasterCore::next_to_prepare() {
     Job* next = nullptr;
-    bool next_is_awaited = false;
+    const auto is_first = [&](const Job& job) {
+        return job.resumes || job.record.cancel_asked || is_awaited(job.record.id());
+    };
     for (auto& [id, job] : jobs_) {
-        if (job.phase != Phase::queued) continue;
-        const bool awaited = job.resumes || is_awaited(id);
-        if (next && (awaited != next_is_awaited ? next_is_awaited : !before(job, *next))) continue;
-        next = &job;
-        next_is_awaited = awaited;
+        if (job.phase != Phase::queued || job.record.paused || job.basis) continue;
+        if (!next || (is_first(job) == is_first(*next) ? before(job, *next) : is_first(job))) next = &job;
     }
-    if (!next || next_is_awaited) return next;
+    if (!next || is_first(*next)) return next;
     for (const auto& [id, job] : jobs_)
-        if (job.phase == Phase::running && before(job, *next) && job.active->ledger().unleased() > 0) return nullptr;
+        if (job.phase == Phase::running && job.record.spec.priority > next->record.spec.priority &&
+            job.active->ledger().unleased() > 0)
+            return nullptr;
     return next;
 }
 
-void MasterCore::prepare_next() {
+void MasterCore::prepare_next(double now_s) {
     std::size_t active = 0;
+    Job* lowest = nullptr;
     for (auto& [id, job] : jobs_) {
         if (job.phase == Phase::preparing) return;
-        active += job.active != nullptr || job.phase == Phase::storing;
+        active += job.active != nullptr || job.phase == Phase::storing || job.phase == Phase::put_aside;
+        if (job.phase == Phase::running && (!lowest || before(*lowest, job))) lowest = &job;
     }
     Job* next = next_to_prepare();
-    if (!next || active >= limits::active_jobs_max) return;
-    next->phase = Phase::preparing;
-    effects_.push_back(Prepare{next->record});
+    if (!next) return;
+    if (active < limits::active_jobs_max) {
+        next->phase = Phase::preparing;
+        if (!next->record.begun) next->record.audited = policy_.audit_fraction > 0;
+        return effects_.push_back(Prepare{next->record});
+    }
+    // the least of those that run makes room for one that should go before it; one at a time
+    const bool goes_before =
+        lowest && (next->record.cancel_asked || next->record.spec.priority > lowest->record.spec.priority);
+    const bool one_ends = std::any_of(jobs_.begin(), jobs_.end(), [](const auto& entry) {
+        return entry.second.phase != Phase::running && entry.second.active != nullptr;
+    });
+    if (goes_before && !one_ends && active == limits::active_jobs_max) wind_up(*lowest, now_s);
 }
 
 Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double now_s) {
@@ -91,17 +104,22 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     if (!job || job->phase != Phase::preparing) return settle_and_take(now_s);
     JobRecord& record = job->record;
     if (!recovered) {
-        end_with_failure(*job, recovered.error().sentence);
+        end_with_failure(*job, recovered.error().sentence, now_s);
         return settle_and_take(now_s);
     }
     job->active =
         std::make_unique<ActiveJob>(record.spec, std::move(*recovered), now_s, now_s + limits::restart_seconds);
-    job->phase = record.cancel_asked ? Phase::ending : Phase::running;
+    const bool extended = job->active->ledger().particles() != record.spec.particles;
+    job->phase = record.cancel_asked || record.paused || extended ? Phase::ending : Phase::running;
     job->end_by_s = now_s + limits::finish_seconds;
     job->snapshot_s = now_s;
-    record.status.state = wire::JobState::running;
+    job->resumes = false;
+    if (!record.paused) record.status.state = wire::JobState::running;
     record.status.packing = job->active->packing();
-    if (!job->resumes) store_record(*job);
+    if (!record.begun) {
+        record.begun = true;
+        store_record(*job);
+    }
     resume_workers(*job, now_s);
     end_if_finished(*job, now_s);
     return settle_and_take(now_s);
@@ -125,14 +143,21 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
     const bool waited = job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s);
-    if (!ledger.complete() && !waited) return;
+    if (job.phase == Phase::ending && waited) audits_.drop(job.record.id());
+    const bool whole = ledger.complete() && ledger.particles() == job.record.spec.particles;
+    if ((whole || waited) && is_questioned(job)) return;
+    if (whole || (waited && job.record.cancel_asked)) return end_with_solution(job, now_s);
+    if (waited) put_aside(job, now_s);
+}
+
+void MasterCore::end_with_solution(Job& job, double now_s) {
     JobRecord& record = job.record;
-    record.complete = ledger.complete();
-    record.status = status_of(job, now_s);
-    record.status.sentence.clear();
+    record.complete = job.active->ledger().complete();
+    record.status = counts_of(job, now_s);
     record.status.leased = 0;
     record.status.workers = 0;
     record.status.eta_seconds.reset();
+    record.ended_unix_seconds = unix_seconds(now_s);
     job.phase = Phase::storing;
     job.record_waits = false;
     job.effort = effort_of(job, now_s);
@@ -141,13 +166,40 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     tell_gone(job);
 }
 
+/// Until it goes on: when it is resumed, at once with more particles, or when there is room for it again.
+void MasterCore::put_aside(Job& job, double now_s) {
+    job.active->ledger().release_all();
+    collect_ended_leases();
+    job.record.status = counts_of(job, now_s);
+    job.record.status.leased = 0;
+    job.record.status.workers = 0;
+    job.record.status.particles_per_second = 0;
+    job.record.status.eta_seconds.reset();
+    job.phase = Phase::put_aside;
+    store_record(job);
+    effects_.push_back(PutAside{job.record.id(), effort_of(job, now_s)});
+    job.active.reset();
+    job.started_s.reset();
+    job.committed_at.clear();
+    tell_gone(job);
+}
+
+Effects MasterCore::on_put_aside(const PutAside& aside, double now_s) {
+    Job* job = find(aside.job);
+    if (!job || job->phase != Phase::put_aside) return settle_and_take(now_s);
+    job->phase = Phase::queued;
+    if (!job->record.paused) job->record.status.state = wire::JobState::queued;
+    answer_askers(*job);
+    return settle_and_take(now_s);
+}
+
 Effects MasterCore::on_solution_stored(const StoreSolution& store, const Result<JobRecord>& stored, double now_s) {
     Job* job = find(store.record.id());
     if (!job || job->phase != Phase::storing) return settle_and_take(now_s);
     if (stored) {
         job->phase = Phase::over;
         job->record = *stored;
-        answer_cancel(*job);
+        answer_askers(*job);
     } else {
         job->solution_waits = true;
         await_space(stored.error(), now_s);
@@ -155,9 +207,10 @@ Effects MasterCore::on_solution_stored(const StoreSolution& store, const Result<
     return settle_and_take(now_s);
 }
 
-void MasterCore::end_with_failure(Job& job, std::string sentence) {
+void MasterCore::end_with_failure(Job& job, std::string sentence, double now_s) {
     job.phase = Phase::over;
     job.record.status.state = wire::JobState::failed;
+    job.record.ended_unix_seconds = unix_seconds(now_s);
     job.record.status.sentence = std::move(sentence);
     store_record(job);
     tell_gone(job);
@@ -168,41 +221,10 @@ void MasterCore::tell_gone(Job& job) {
         Worker* worker = session.worker();
         if (!worker) continue;
         worker->declined.erase(job.record.id());
+        worker->paces.erase(job.record.id());
         const std::size_t knew = worker->told.erase(job.record.id()) + worker->awaited.erase(job.record.id());
         if (knew > 0) send(id, wire::JobGone(job.record.id()));
     }
-}
-
-Effects MasterCore::cancel(JobId id, double now_s) {
-    if (Job* job = find(id)) cancel_job(*job, now_s);
-    return settle_and_take(now_s);
-}
-
-void MasterCore::cancel_job(Job& job, double now_s) {
-    const bool begins = job.phase == Phase::queued || job.phase == Phase::preparing;
-    if (begins && job.resumes) {
-        // what earlier lives have committed is kept: it ends when that is read
-        job.record.cancel_asked = true;
-        job.record.status.state = wire::JobState::running;
-        return store_record(job);
-    }
-    if (begins) {
-        job.phase = Phase::over;
-        job.record.status.state = wire::JobState::cancelled;
-        store_record(job);
-        tell_gone(job);
-        return;
-    }
-    if (job.phase != Phase::running) return;
-    job.phase = Phase::ending;
-    job.record.cancel_asked = true;
-    store_record(job);
-    job.end_by_s = now_s + limits::finish_seconds;
-    for (auto& [id, session] : sessions_) {
-        const Worker* worker = session.worker();
-        if (worker && worker->told.contains(job.record.id())) send(id, wire::Drain(job.record.id()));
-    }
-    end_if_finished(job, now_s);
 }
 
 void MasterCore::sample_rate(Job& job, double now_s) const {
@@ -221,12 +243,21 @@ JobEffort MasterCore::effort_of(const Job& job, double now_s) const {
 }
 
 wire::JobStatus MasterCore::status_of(const Job& job, double now_s) const {
+    wire::JobStatus status = counts_of(job, now_s);
+    if (!job.record.over()) status.sentence = why(job, now_s);
+    return status;
+}
+
+wire::JobStatus MasterCore::counts_of(const Job& job, double now_s) const {
     wire::JobStatus status = job.record.status;
-    if (no_space_ && (job.active || job.phase == Phase::storing)) status.sentence = *no_space_;
     if (!job.active) return status;
     const Ledger& ledger = job.active->ledger();
     status.committed = ledger.committed_particles();
-    status.leased = ledger.particles() - ledger.unleased() - status.committed;
+    status.leased = ledger.leased_particles();
+    const auto& aside = ledger.lost().set_aside();
+    if (!aside.empty())
+        status.set_aside.assign(
+            aside.begin(), aside.begin() + std::min<std::ptrdiff_t>(std::ssize(aside), limits::set_aside_listed_max));
     status.hits = job.active->balance().hits;
     status.workers = static_cast<std::uint32_t>(ledger.workers());
     status.trace_seconds = job.active->trace_s();

@@ -18,7 +18,7 @@ JobRecord* MasterCore::find_key(std::uint64_t key) {
     return nullptr;
 }
 
-void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit submit, double) {
+void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit submit, double now_s) {
     if (const JobRecord* known = find_key(submit.key))
         return send(session, wire::SubmitReply(known->id(), {}), request_id);
     if (const auto good = validate(submit.spec); !good)
@@ -40,6 +40,7 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit su
     status.scene = submit.scene.file;
     status.packing = submit.spec.packing;
     status.particles = submit.spec.particles;
+    status.created_unix_seconds = unix_seconds(now_s);
     admit.submit = std::move(submit);
     admissions_.push_back(std::move(admit));
     if (admissions_.size() == 1) admit_next();
@@ -94,28 +95,6 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Sta
 
 void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::WorkersRequest&, double now_s) {
     send(session, wire::WorkersReply(workers(now_s)), request_id);
-}
-
-void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::CancelRequest& request, double now_s) {
-    Job* job = find(request.job);
-    if (!job)
-        return refuse(session, request_id, RefusalReason::no_such_job,
-                      "there is no job " + std::to_string(request.job));
-    if (job->cancel_askers.size() >= limits::admissions_max)
-        return refuse(session, request_id, RefusalReason::full, "the job is being cancelled; many wait for that");
-    cancel_job(*job, now_s);
-    job->cancel_askers.push_back({session, request_id});
-    answer_cancel(*job);
-}
-
-/// Once it lasts that the job ends.
-void MasterCore::answer_cancel(Job& job) {
-    if (job.records_on_their_way > 0 || job.record_waits || job.phase == Phase::storing) return;
-    const bool over = job.phase == Phase::over;
-    for (const Asker& asker : std::exchange(job.cancel_askers, {}))
-        send(asker.session,
-             wire::CancelReply(job.record.id(), over ? job.record.status.state : wire::JobState::cancelled),
-             asker.request_id);
 }
 
 void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::FetchRequest& request, double) {

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
+#include <random>
 #include <utility>
 
 namespace lumenfarm {
@@ -20,8 +22,6 @@ namespace {
 Error stopped() { return failed("the master was stopped"); }
 
 }  // namespace
-
-bool is_over(wire::JobState state) { return state != wire::JobState::queued && state != wire::JobState::running; }
 
 template <class Task>
 auto MasterServer::Running::ask(Task task) -> std::optional<decltype(task())> {
@@ -56,6 +56,12 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
     policy.checkpoint_seconds = options.checkpoint_seconds;
+    policy.audit_fraction = options.audit_fraction;
+    std::random_device entropy;
+    policy.audit_key = std::uint64_t{entropy()} << 32 | entropy();
+    policy.started_unix_seconds = std::time(nullptr);
+    if (options.keep_days > 0) policy.keep_seconds = options.keep_days * 86'400;
+    if (options.keep_bytes > 0) policy.keep_bytes = options.keep_bytes;
     auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(*storage));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();
@@ -89,7 +95,7 @@ Result<wire::JobStatus> MasterServer::wait(JobId job, double seconds) const {
     while (true) {
         auto now = status(job);
         const double left_s = std::chrono::duration<double>(until - Clock::now()).count();
-        if (!now || is_over(now->state) || left_s <= 0) return now;
+        if (!now || wire::is_over(now->state) || left_s <= 0) return now;
         running_->wait_for_change(std::min(left_s, 0.1));
     }
 }

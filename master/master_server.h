@@ -29,7 +29,10 @@ struct MasterOptions {
     double set_target_seconds = 2;
     double flush_seconds = 2;
     double checkpoint_seconds = 10;
-    std::string isa;  ///< of the trace that gives the fingerprint; empty: the best of this machine
+    double audit_fraction = 0;     ///< of the results are traced again by a second worker
+    double keep_days = 0;          ///< jobs that ended longer ago are removed; 0 keeps them
+    std::uint64_t keep_bytes = 0;  ///< of solutions, beyond which the job that ended first is removed; 0: any number
+    std::string isa;               ///< of the trace that gives the fingerprint; empty: the best of this machine
 };
 
 /// Where the files of a job are that is over.
@@ -73,8 +76,5 @@ private:
     explicit MasterServer(std::unique_ptr<Running> running);
     std::unique_ptr<Running> running_;
 };
-
-/// True when a job in this state will change no more.
-bool is_over(wire::JobState state);
 
 }  // namespace lumenfarm

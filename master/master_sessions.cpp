@@ -19,7 +19,7 @@ inline constexpr bool is_part =
 template <class M>
 inline constexpr bool of_submitter = std::is_same_v<M, wire::Submit> || std::is_same_v<M, wire::StatusRequest> ||
                                      std::is_same_v<M, wire::WorkersRequest> ||
-                                     std::is_same_v<M, wire::CancelRequest> || std::is_same_v<M, wire::FetchRequest>;
+                                     std::is_same_v<M, wire::ControlRequest> || std::is_same_v<M, wire::FetchRequest>;
 
 }  // namespace
 
@@ -36,6 +36,7 @@ void MasterCore::forget(SessionId session, double now_s) {
     if (found == sessions_.end()) return;
     if (Worker* worker = found->second.worker()) {
         drop_open(*worker);
+        audits_.forget(found->second.instance());
         // the worker may come back and go on with what it has
         for (auto& [id, job] : jobs_)
             if (job.active) job.active->ledger().shorten(found->second.instance(), now_s + limits::reconnect_seconds);
@@ -66,6 +67,11 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
         return send_off(session.id, refused, Discard::no_threads,
                         "a worker has 1 to " + std::to_string(limits::threads_per_worker_max) + " threads, not " +
                             std::to_string(hello.threads),
+                        now_s);
+    if (liars_.contains(hello.instance) || liar_names_.contains(hello.name))
+        return send_off(session.id, refused, Discard::quarantined,
+                        "two other workers contradicted what a worker of this name had traced: look at its memory; it "
+                        "is kept out until the master starts again",
                         now_s);
     std::optional<SessionId> older;
     for (const auto& [id, other] : sessions_)
@@ -139,7 +145,8 @@ std::vector<wire::WorkerStatus> MasterCore::workers(double now_s) const {
                        : status.leases > 0 ? wire::WorkerState::working
                                            : wire::WorkerState::idle;
         status.particles = worker->particles;
-        status.particles_per_second = worker->pace.particles_per_s() * session.hello.threads;
+        if (const auto pace = worker->paces.find(status.job); pace != worker->paces.end())
+            status.particles_per_second = pace->second.particles_per_s() * session.hello.threads;
         status.connected_seconds = now_s - session.connected_s;
         status.silent_seconds = now_s - session.heard_s;
         all.push_back(std::move(status));

@@ -11,7 +11,7 @@ void MasterCore::store(Session& session, Job& job, StagedResult result) {
     auto shared = std::make_shared<const StagedResult>(std::move(result));
     staged_bytes_ += shared->bytes();
     ++job.results_on_their_way;
-    effects_.push_back(StoreResult{ticket, job.record.id(), shared});
+    effects_.push_back(StoreResult{ticket, job.record.id(), session.instance(), shared});
     Storing storing;
     storing.job = job.record.id();
     storing.worker = session.instance();
@@ -74,6 +74,7 @@ void MasterCore::commit(std::uint64_t ticket, double now_s) {
     --job.results_on_their_way;
     job.active->commit(*storing.result);
     job.contributors.insert(storing.worker);
+    if (policy_.audit_fraction > 0) audit(job, storing, ticket);
     answer(storing.worker, storing.job, storing.result->number(), {}, now_s);
     for (const auto& [worker, done] : storing.repeated) {
         job.active->take_back(worker, claims_of(done));
@@ -84,14 +85,15 @@ void MasterCore::commit(std::uint64_t ticket, double now_s) {
 void MasterCore::store_record(Job& job) {
     job.record_waits = false;
     ++job.records_on_their_way;
-    effects_.push_back(StoreRecord{job.record});
+    effects_.push_back(StoreRecord{job.record, job.basis});
 }
 
 Effects MasterCore::on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s) {
     if (Job* job = find(store.record.id())) {
         --job->records_on_their_way;
         if (stored) {
-            answer_cancel(*job);
+            if (store.basis) job->basis.reset();
+            answer_askers(*job);
         } else {
             // a solution brings its record along, and must not be followed by an older one
             job->record_waits = job->phase != Phase::storing && !job->record.has_solution;
@@ -112,13 +114,14 @@ void MasterCore::try_again(double now_s) {
     for (auto& [id, job] : jobs_) {
         waiting = waiting || job.record_waits || job.solution_waits;
         if (job.record_waits) store_record(job);
+        if (job.retraction && std::exchange(job.retraction->waits, false)) waiting = true;
         if (std::exchange(job.solution_waits, false)) effects_.push_back(StoreSolution{job.record, job.effort});
     }
     for (auto& [ticket, storing] : storing_) {
         if (!storing.waiting_for_space) continue;
         waiting = true;
         storing.waiting_for_space = false;
-        effects_.push_back(StoreResult{ticket, storing.job, storing.result});
+        effects_.push_back(StoreResult{ticket, storing.job, storing.worker, storing.result});
     }
     if (waiting) {
         retry_s_ = now_s + limits::disk_retry_seconds;

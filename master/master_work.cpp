@@ -34,7 +34,7 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
     }
     for (const JobId id : named) {
         Job* job = find(id);
-        if (!job || job->phase == Phase::over || job->phase == Phase::storing) {
+        if (!job || job->record.paused || job->phase == Phase::over || job->phase == Phase::storing) {
             send(session.id, wire::JobGone(id));
         } else if (job->active) {
             tell(session, worker, *job);
@@ -48,7 +48,10 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
 void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double now_s) {
     Worker& worker = *session.worker();
     if (returned.reason == wire::ReturnReason::ending) worker.wanted = 0;
-    for (const wire::LeaseRef& lease : returned.leases) worker.held.erase(lease.lease);
+    for (const wire::LeaseRef& lease : returned.leases) {
+        worker.held.erase(lease.lease);
+        audits_.forget(session.instance(), lease.lease);
+    }
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
         Ledger& ledger = job.active->ledger();
@@ -104,6 +107,7 @@ void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
     Job* job = find(done.job);
     if (!job || !job->active)
         return answer(session.instance(), done.job, done.result, {wire::Verdict::job_gone, "the job is over"}, now_s);
+    if (take_audit(session, result, done, now_s)) return;
     auto outcome = job->active->take(session.instance(), result, done);
     if (!outcome && wait_for(session.instance(), done)) return;
     if (!outcome) {
@@ -111,9 +115,7 @@ void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
         job->active->take_back(session.instance(), claims_of(done));
     }
     if (outcome->verdict == wire::Verdict::accepted) {
-        if (worker.pace_job != done.job) worker.pace = {};
-        worker.pace_job = done.job;
-        worker.pace.learn(done.balance.particles, done.trace_seconds);
+        worker.paces[done.job].learn(done.balance.particles, done.trace_seconds);
         worker.particles += done.balance.particles;
         return store(session, *job, std::move(result));
     }
@@ -165,20 +167,60 @@ void MasterCore::give_work(double now_s) {
     }
 }
 
+/// Of the jobs of the highest priority that have something for the worker, the one with the fewest leases: a lease is
+/// a tracing thread for a while, so they have equal shares of the farm. The worker stays with the job it is at until
+/// that is ahead by as many leases as the worker has threads, so that it seldom closes a result to change jobs.
+MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<Job*>& jobs, Ledger::Hands hands,
+                                     double now_s) {
+    const Worker& worker = *session.worker();
+    Job* fewest = nullptr;
+    Job* current = nullptr;
+    for (Job* job : jobs) {
+        if (job->retraction || worker.declined.contains(job->record.id())) continue;
+        if (!job->active->ledger().has_set(hands, now_s)) continue;
+        if (fewest && job->record.spec.priority < fewest->record.spec.priority) break;
+        const auto leases = [](const Job* of) { return of->active->ledger().outstanding(); };
+        if (!fewest || leases(job) < leases(fewest)) fewest = job;
+        if (job->record.id() == worker.job) current = job;
+    }
+    if (!current) return fewest;
+    const std::uint64_t ahead = current->active->ledger().outstanding() - fewest->active->ledger().outstanding();
+    return ahead <= session.hello.threads ? current : fewest;
+}
+
 bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                           double now_s) {
-    for (Job* job : jobs) {
-        Ledger& ledger = job->active->ledger();
-        if (worker.declined.contains(job->record.id()) || ledger.unleased() == 0) continue;
-        const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};
-        const Pace pace = worker.pace_job == job->record.id() ? worker.pace : Pace{};
-        const std::uint64_t size = next_set_size(policy, pace, ledger.unleased(), farm_threads);
-        const LeaseId lease = new_lease();
-        const auto range = ledger.lease(lease, session.instance(), size, now_s, now_s + limits::lease_seconds);
-        send_lease(session, worker, *job, lease, *range, now_s);
-        return true;
-    }
-    return false;
+    if (has_suspect(worker)) return false;
+    if (give_audit_set(session, worker, jobs, now_s)) return true;
+    const Ledger::Hands hands = hands_of(session);
+    Job* job = job_for(session, jobs, hands, now_s);
+    if (!job) return false;
+    Ledger& ledger = job->active->ledger();
+    const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};
+    const std::uint64_t size = next_set_size(policy, worker.paces[job->record.id()],
+                                             ledger.unleased() + ledger.lost().waiting_particles(), farm_threads);
+    const LeaseId id = new_lease();
+    const auto given = ledger.lease(id, session.instance(), hands, size, now_s, now_s + limits::lease_seconds);
+    if (given->alone) worker.alone = id;
+    send_lease(session, worker, *job, id, given->range, now_s);
+    return true;
+}
+
+/// Whether it has a set that is suspected of killing workers, and is to have nothing else meanwhile.
+bool MasterCore::has_suspect(Worker& worker) {
+    if (worker.alone == 0) return false;
+    const bool lasts = std::any_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
+        return entry.second.active && entry.second.active->ledger().holds(worker.alone);
+    });
+    if (!lasts) worker.alone = 0;
+    return lasts;
+}
+
+Ledger::Hands MasterCore::hands_of(const Session& session) const {
+    const bool empty = std::none_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
+        return entry.second.active && entry.second.active->ledger().has_lease(session.instance());
+    });
+    return empty ? Ledger::Hands::empty : Ledger::Hands::full;
 }
 
 LeaseId MasterCore::new_lease() { return lease_id(policy_.epoch, ++leases_given_); }
@@ -198,6 +240,7 @@ void MasterCore::send_lease(Session& session, Worker& worker, Job& job, LeaseId 
     tell(session, worker, job);
     if (!job.started_s) job.started_s = now_s;
     --worker.wanted;
+    worker.job = id;
     effects_.push_back(StoreLeases{{{id, {lease, session.instance(), range}}}, {}});
     send(session.id, wire::Lease(lease, policy_.epoch, id, range, job.active->keep_threshold()));
 }
@@ -208,11 +251,7 @@ void MasterCore::give_twins(double now_s) {
     for (auto& [id, session] : sessions_) {
         Worker* worker = session.worker();
         if (!worker || worker->wanted == 0) continue;
-        const bool idle = std::none_of(jobs_.begin(), jobs_.end(), [&, &session = session](const auto& entry) {
-            const auto& active = entry.second.active;
-            return active && !active->ledger().leases_of(session.instance()).empty();
-        });
-        if (idle) give_twin(session, *worker, now_s);
+        if (hands_of(session) == Ledger::Hands::empty) give_twin(session, *worker, now_s);
     }
 }
 

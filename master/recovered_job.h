@@ -18,6 +18,14 @@ struct JobEffort {
     std::uint32_t workers = 0;
 };
 
+/// What is left of a job after results were retracted.
+struct Retracted {
+    std::vector<IntervalSet> committed;  ///< by light
+    EnergyBalance balance;
+    double trace_s = 0;
+    std::uint64_t keep_threshold = 0;
+};
+
 /// A job that may begin, or go on where an earlier life of the master left it.
 struct RecoveredJob {
     std::shared_ptr<const PreparedJob> prepared;

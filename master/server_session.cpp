@@ -207,7 +207,6 @@ void MasterServer::Running::end_slow_request(SessionId session) {
 }
 
 void MasterServer::Running::carry_out(Admit admit) {
-    admit.record.status.created_unix_seconds = std::time(nullptr);
     slowly([this, admit] { return storage_->admit(admit); },
            [this, admit](const Result<std::vector<std::uint32_t>>& missing) {
                if (missing && missing->empty()) spdlog::info("job {} is accepted", admit.record.id());
@@ -275,14 +274,37 @@ void MasterServer::Running::carry_out(StoreSnapshot store) {
 }
 
 void MasterServer::Running::carry_out(StoreRecord store) {
-    slowly([this, record = store.record] { return storage_->put(record); },
+    slowly([this, store] { return storage_->put(store); },
            [this, store](const Result<void>& stored) {
                const JobRecord& record = store.record;
                if (!stored) spdlog::error("{}; the record of job {} waits", stored.error().sentence, record.id());
-               if (stored && record.over())
-                   spdlog::info("job {} is {}", record.id(),
-                                record.status.state == wire::JobState::failed ? "over: it failed" : "cancelled");
+               if (stored) spdlog::info("job {} is {}", record.id(), name_of(record.status.state));
                carry_out(core_.on_record_stored(store, stored, now_s()));
+           });
+}
+
+void MasterServer::Running::carry_out(Retract retract) {
+    spdlog::warn("what {} workers have traced for job {} is thrown away: others contradict it{}",
+                 retract.workers.size(), retract.job, retract.all ? "; the job begins anew" : "");
+    slowly(
+        [this, retract] { return storage_->retract(retract); },
+        [this, retract](Result<Retracted> left) { carry_out(core_.on_retracted(retract, std::move(left), now_s())); });
+}
+
+void MasterServer::Running::carry_out(PutAside aside) {
+    slowly([this, aside] { return storage_->put_aside(aside); },
+           [this, aside](const Result<void>&) {
+               spdlog::info("job {} is put aside", aside.job);
+               carry_out(core_.on_put_aside(aside, now_s()));
+           });
+}
+
+void MasterServer::Running::carry_out(RemoveJob remove) {
+    slowly([this, remove] { return storage_->remove(remove); },
+           [this, remove](const Result<void>& removed) {
+               if (removed) spdlog::info("job {} is removed", remove.job);
+               if (!removed) spdlog::error("job {} is not removed: {}", remove.job, removed.error().sentence);
+               carry_out(core_.on_removed(remove, removed, now_s()));
            });
 }
 

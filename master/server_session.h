@@ -80,6 +80,9 @@ private:
     void carry_out(StoreLeases leases) { commits_.add(leases); }
     void carry_out(StoreSnapshot store);
     void carry_out(StoreRecord store);
+    void carry_out(Retract retract);
+    void carry_out(PutAside aside);
+    void carry_out(RemoveJob remove);
     void carry_out(StoreSolution store);
     void commit(bool leases_too);
 

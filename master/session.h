@@ -5,6 +5,7 @@
 #include "master/staged_result.h"
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -27,8 +28,9 @@ struct Worker {
     std::set<JobId> told;          ///< jobs it has a JobInfo of
     std::set<JobId> declined;      ///< jobs it can't do
     std::optional<StagedResult> open;
-    JobId pace_job = 0;
-    Pace pace;  ///< on pace_job
+    JobId job = 0;                ///< of its newest lease
+    LeaseId alone = 0;            ///< a lease beside which it gets nothing else, while it lasts
+    std::map<JobId, Pace> paces;  ///< by job
     std::uint64_t particles = 0;
     std::uint32_t invalid_results = 0;
 };

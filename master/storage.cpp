@@ -70,7 +70,7 @@ Result<std::vector<std::uint32_t>> Storage::admit(const Admit& admit) {
     if (!bytes) return bytes.error();
     auto prepared = prepare_job(admit.submit.spec, *bytes);
     if (!prepared) return prepared.error();
-    if (const auto stored = put(admit.record); !stored) return stored.error();
+    if (const auto stored = watched(jobs_.put(admit.record)); !stored) return stored.error();
     admitted_scene_ = admit.submit.scene.file;
     admitted_spec_ = admit.submit.spec;
     admitted_ = *prepared;
@@ -113,7 +113,7 @@ Result<std::vector<StoredResult>> Storage::write(const CommitBatch& batch) {
     std::vector<StoredResult> rows;
     std::set<JobId> jobs;
     for (const StoreResult& each : batch.results) {
-        auto row = logs_.at(each.job).append(*each.result);
+        auto row = logs_.at(each.job).append(*each.result, each.worker);
         if (!row) return row.error();
         rows.push_back(*row);
         jobs.insert(each.job);
@@ -153,10 +153,15 @@ Result<std::map<JobId, std::uint64_t>> Storage::commit(const CommitBatch& batch)
     return thresholds;
 }
 
-Result<void> Storage::put(const JobRecord& record) {
+Result<void> Storage::put(const StoreRecord& store) {
     if (broken_) return *broken_;
-    if (!record.over() || record.has_solution) return watched(jobs_.put(record));
+    const JobRecord& record = store.record;
+    if (store.basis) return watched(jobs_.reopen(record, *store.basis));
     // a job that never ran, or failed, has nothing to be fetched
+    return record.over() && !record.has_solution ? finish(record) : watched(jobs_.put(record));
+}
+
+Result<void> Storage::finish(const JobRecord& record) {
     if (auto finished = watched(jobs_.finish(record)); !finished) return finished;
     const auto log = logs_.find(record.id());
     if (log == logs_.end()) return {};
@@ -169,10 +174,13 @@ Result<void> Storage::store(const StoreSnapshot& effect) {
     if (broken_) return *broken_;
     const auto found = logs_.find(effect.job);
     if (found == logs_.end() || !found->second.snapshot_pays()) return {};
-    JobLog& log = found->second;
-    const auto file = watched(files_.put(log.solution(effect.effort).bytes));
+    return snapshot(found->second, effect.job, effect.effort);
+}
+
+Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort) {
+    const auto file = watched(files_.put(log.solution(effort).bytes));
     if (!file) return file.error();
-    if (auto stored = watched(jobs_.checkpoint(effect.job, {*file, log.next_result()})); !stored) {
+    if (auto stored = watched(jobs_.checkpoint(job, {*file, log.next_result()}, log.keeps_results())); !stored) {
         if (!broken_) (void)watched(files_.remove(*file));
         return stored;
     }
@@ -180,6 +188,38 @@ Result<void> Storage::store(const StoreSnapshot& effect) {
     if (older && *older != *file)
         if (auto removed = watched(files_.remove(*older)); !removed) return removed;
     return watched(log.begin_after(*file));
+}
+
+Result<void> Storage::put_aside(const PutAside& aside) {
+    if (broken_) return *broken_;
+    const auto found = logs_.find(aside.job);
+    ensure(found != logs_.end(), "a job that is put aside has run");
+    const auto kept = found->second.has_unsaved() ? snapshot(found->second, aside.job, aside.effort) : Result<void>();
+    if (!kept && kept.error().code != ErrorCode::no_space) return kept;
+    logs_.erase(found);
+    return {};
+}
+
+Result<Retracted> Storage::retract(const Retract& effect) {
+    if (broken_) return *broken_;
+    JobLog& log = logs_.at(effect.job);
+    const auto snapshot = log.snapshot();
+    if (const auto done = watched(jobs_.retract(effect.job, effect.workers, effect.all)); !done) return done.error();
+    const auto kept = watched(jobs_.unfinished(effect.job));
+    if (!kept) return kept.error();
+    if (const auto damages = watched(log.recover(*kept, files_)); !damages) return damages.error();
+    if (snapshot)
+        if (const auto removed = watched(files_.remove(*snapshot)); !removed) return removed.error();
+    const JobSums& sums = log.sums();
+    return Retracted{sums.committed(), sums.balance(), sums.time().trace_s, sums.keep_threshold()};
+}
+
+Result<void> Storage::remove(const RemoveJob& remove) {
+    if (broken_) return *broken_;
+    if (auto removed = watched(jobs_.remove(remove.job)); !removed) return removed;
+    for (const Digest& file : remove.files)
+        if (auto removed = watched(files_.remove(file)); !removed) return removed;
+    return {};
 }
 
 Result<JobRecord> Storage::store(const StoreSolution& effect) {
@@ -195,6 +235,7 @@ Result<JobRecord> Storage::store(const StoreSolution& effect) {
     record.status.digest = solution.digest;
     record.solution_file = *file;
     record.has_solution = true;
+    record.solution_bytes = solution.bytes.size();
     if (const auto stored = watched(jobs_.finish(record)); !stored) return stored.error();
     const auto snapshot = log.snapshot();
     if (snapshot && *snapshot != *file)

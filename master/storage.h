@@ -44,7 +44,11 @@ public:
     /// Leases of jobs that are over are left out.
     /// Gives the keep threshold of each job that has results in it.
     Result<std::map<JobId, std::uint64_t>> commit(const CommitBatch& batch);
-    Result<void> put(const JobRecord& record);
+    Result<void> put(const StoreRecord& store);
+    /// A snapshot that finds no room is left out.
+    Result<void> put_aside(const PutAside& aside);
+    Result<void> remove(const RemoveJob& remove);
+    Result<Retracted> retract(const Retract& retract);
     Result<void> store(const StoreSnapshot& snapshot);
     /// The record as it was stored.
     Result<JobRecord> store(const StoreSolution& solution);
@@ -62,6 +66,8 @@ public:
 private:
     Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs);
     Result<void> sweep(const Start& start);
+    Result<void> finish(const JobRecord& record);
+    Result<void> snapshot(JobLog& log, JobId job, const JobEffort& effort);
     Result<std::shared_ptr<const PreparedJob>> prepared(const JobRecord& job);
     Result<std::vector<StoredResult>> write(const CommitBatch& batch);
     Result<void> commit(const CommitBatch& batch, const std::vector<StoredResult>& rows);

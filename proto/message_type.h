@@ -48,8 +48,8 @@ enum class MessageType : std::uint16_t {
     status_reply = 67,
     workers_request = 68,
     workers_reply = 69,
-    cancel_request = 70,
-    cancel_reply = 71,
+    control_request = 70,
+    control_reply = 71,
     fetch_request = 72,
     fetch_reply = 73,
 };
@@ -102,8 +102,8 @@ inline constexpr auto message_rules = std::to_array<MessageRule>({
     {MessageType::status_reply, from_master, bulk_payload_bytes_max, "StatusReply"},
     {MessageType::workers_request, from_submitter, small_payload_bytes_max, "WorkersRequest"},
     {MessageType::workers_reply, from_master, bulk_payload_bytes_max, "WorkersReply"},
-    {MessageType::cancel_request, from_submitter, small_payload_bytes_max, "CancelRequest"},
-    {MessageType::cancel_reply, from_master, small_payload_bytes_max, "CancelReply"},
+    {MessageType::control_request, from_submitter, small_payload_bytes_max, "ControlRequest"},
+    {MessageType::control_reply, from_master, small_payload_bytes_max, "ControlReply"},
     {MessageType::fetch_request, from_submitter, small_payload_bytes_max, "FetchRequest"},
     {MessageType::fetch_reply, from_master, small_payload_bytes_max, "FetchReply"},
 });

@@ -63,4 +63,16 @@ Decoded<Message> decode(MessageType type, std::span<const std::byte> payload) {
     return WireError::unknown_type;
 }
 
+std::string_view name_of(JobState state) {
+    switch (state) {
+        case JobState::queued: return "queued";
+        case JobState::running: return "running";
+        case JobState::paused: return "paused";
+        case JobState::done: return "done";
+        case JobState::cancelled: return "cancelled";
+        case JobState::failed: return "failed";
+    }
+    return "?";
+}
+
 }  // namespace lumenfarm::wire

@@ -21,7 +21,7 @@ using Message =
     std::variant<Hello, Welcome, Goodbye, Heartbeat, HeartbeatReply, Refusal, Pull, JobInfo, Lease, JobGone,
                  ReturnLeases, Progress, Drain, ResultHits, ResultMap, ResultKept, ResultDone, ResultAck,
                  ManifestRequest, Manifest, ChunkRequest, Chunk, Submit, SubmitReply, StatusRequest, StatusReply,
-                 WorkersRequest, WorkersReply, CancelRequest, CancelReply, FetchRequest, FetchReply>;
+                 WorkersRequest, WorkersReply, ControlRequest, ControlReply, FetchRequest, FetchReply>;
 static_assert(std::variant_size_v<Message> == message_rules.size());
 
 MessageType type_of(const Message& message);

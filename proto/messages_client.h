@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -68,8 +69,13 @@ struct StatusRequest {
     }
 };
 
-enum class JobState : std::uint8_t { queued, running, done, cancelled, failed };
+enum class JobState : std::uint8_t { queued, running, paused, done, cancelled, failed };
 constexpr JobState enum_last(JobState) { return JobState::failed; }
+std::string_view name_of(JobState state);
+/// Whether a job in this state gets no more work, unless it is extended.
+constexpr bool is_over(JobState state) {
+    return state == JobState::done || state == JobState::cancelled || state == JobState::failed;
+}
 
 struct JobStatus {
     std::uint64_t job = 0;
@@ -90,8 +96,13 @@ struct JobStatus {
     double trace_seconds = 0;    ///< summed over threads
     std::uint64_t leases_expired = 0, leases_returned = 0;
     std::uint64_t results_stale = 0, results_invalid = 0;
+    std::uint64_t audits = 0;  ///< results that were traced again, and decided
+    std::uint32_t liars = 0;   ///< workers whose results were thrown away for what an audit found
+    /// Particles that were lost with limits::losses_max workers, one after the other; at most
+    /// limits::set_aside_listed_max ranges. A paused job tries them again when it is resumed.
+    std::vector<ParticleRange> set_aside;
     std::optional<Digest> digest;  ///< of the result, when done
-    std::string sentence;          ///< why it failed; at most limits::sentence_bytes_max
+    std::string sentence;          ///< what it waits for, or why it failed; at most limits::sentence_bytes_max
 
     JobStatus() = default;
     bool operator==(const JobStatus&) const = default;
@@ -100,7 +111,8 @@ struct JobStatus {
     void serialize(Archive& ar, unsigned) {
         fields(ar, job, at_most(name, limits::peer_name_bytes_max), state, priority, scene, packing, particles,
                committed, leased, hits, workers, particles_per_second, eta_seconds, created_unix_seconds,
-               elapsed_seconds, trace_seconds, leases_expired, leases_returned, results_stale, results_invalid, digest,
+               elapsed_seconds, trace_seconds, leases_expired, leases_returned, results_stale, results_invalid, audits,
+               liars, at_most(set_aside, limits::set_aside_listed_max), digest,
                at_most(sentence, limits::sentence_bytes_max));
     }
 };
@@ -119,7 +131,8 @@ struct StatusReply {
         fields(ar, at_most(jobs, limits::jobs_listed_max));
     }
 };
-static_assert(limits::jobs_listed_max * (512 + limits::peer_name_bytes_max + limits::sentence_bytes_max) <=
+static_assert(limits::jobs_listed_max * (512 + 24 * limits::set_aside_listed_max + limits::peer_name_bytes_max +
+                                         limits::sentence_bytes_max) <=
               payload_bytes_max(MessageType::status_reply));
 
 /// submitter -> master. Answered by WorkersReply.
@@ -180,30 +193,43 @@ static_assert(limits::sessions_max *
                   (128 + limits::peer_name_bytes_max + limits::address_bytes_max + limits::isa_bytes_max) <=
               payload_bytes_max(MessageType::workers_reply));
 
-/// submitter -> master: end the job now. What was done is kept and can be fetched. Answered by CancelReply or Refusal.
-struct CancelRequest {
-    static constexpr auto type = MessageType::cancel_request;
-    std::uint64_t job = 0;
+enum class JobAction : std::uint8_t {
+    pause,   ///< give out no more sets; what is done is kept
+    resume,  ///< go on
+    cancel,  ///< end now; what is done is kept and can be fetched
+    extend,  ///< to more particles; a job that is over goes on
+    remove,  ///< forget a job that is over, and its result
+};
+constexpr JobAction enum_last(JobAction) { return JobAction::remove; }
 
-    CancelRequest() = default;
-    explicit CancelRequest(std::uint64_t job_) : job(job_) {}
-    bool operator==(const CancelRequest&) const = default;
+/// submitter -> master: do this to the job. Answered, once that lasts, by ControlReply or Refusal.
+struct ControlRequest {
+    static constexpr auto type = MessageType::control_request;
+    std::uint64_t job = 0;
+    JobAction action = JobAction::pause;
+    std::uint64_t particles = 0;  ///< extend: in all from now on; else 0
+
+    ControlRequest() = default;
+    ControlRequest(std::uint64_t job_, JobAction action_, std::uint64_t particles_ = 0)
+        : job(job_), action(action_), particles(particles_) {}
+    bool operator==(const ControlRequest&) const = default;
+    bool valid() const { return (action == JobAction::extend) == (particles > 0); }
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, job);
+        fields(ar, job, action, particles);
     }
 };
 
 /// master -> submitter.
-struct CancelReply {
-    static constexpr auto type = MessageType::cancel_reply;
+struct ControlReply {
+    static constexpr auto type = MessageType::control_reply;
     std::uint64_t job = 0;
-    JobState state = JobState::cancelled;  ///< the state from now on: a job that had ended keeps its own
+    JobState state = JobState::queued;  ///< from now on: a job that had ended keeps its own when it is cancelled
 
-    CancelReply() = default;
-    CancelReply(std::uint64_t job_, JobState state_) : job(job_), state(state_) {}
-    bool operator==(const CancelReply&) const = default;
+    ControlReply() = default;
+    ControlReply(std::uint64_t job_, JobState state_) : job(job_), state(state_) {}
+    bool operator==(const ControlReply&) const = default;
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {

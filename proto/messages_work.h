@@ -71,17 +71,18 @@ struct Lease {
     ParticleRange range;
     /// Hits of a higher keep_priority() are not kept by the master any more. 0 keeps none but those of priority 0.
     std::uint64_t keep_threshold = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t audit = 0;  ///< a result holds sets of one audit, or (0) of none
 
     Lease() = default;
     Lease(std::uint64_t lease_, std::uint32_t epoch_, std::uint64_t job_, const ParticleRange& range_,
-          std::uint64_t keep_threshold_)
-        : lease(lease_), epoch(epoch_), job(job_), range(range_), keep_threshold(keep_threshold_) {}
+          std::uint64_t keep_threshold_, std::uint64_t audit_ = 0)
+        : lease(lease_), epoch(epoch_), job(job_), range(range_), keep_threshold(keep_threshold_), audit(audit_) {}
     bool operator==(const Lease&) const = default;
     bool valid() const { return valid_range(range); }
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, lease, epoch, job, range, keep_threshold);
+        fields(ar, lease, epoch, job, range, keep_threshold, audit);
     }
 };
 

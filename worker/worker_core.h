@@ -57,6 +57,7 @@ private:
     struct Slot {
         std::optional<wire::Lease> lease;     ///< of the set, until it is finished
         JobId job = 0;                        ///< of the set and of the open result
+        std::uint64_t audit = 0;              ///< of the open result
         std::set<std::uint64_t> open_leases;  ///< that the open result covers
         bool running = false;                 ///< a report is due
         bool open = false;                    ///< a result is open

@@ -20,9 +20,10 @@ void WorkerCore::take_job(const wire::JobInfo& info) {
     const auto known = jobs_.find(info.job);
     if (known != jobs_.end()) {
         const wire::JobInfo& before = known->second.info;
-        if (before.scene == info.scene && before.spec == info.spec && !known->second.failed) {
+        if (before.scene == info.scene && same_but_for_particles(before.spec, info.spec) && !known->second.failed) {
             known->second.info = info;
             known->second.confirmed = true;
+            known->second.draining = false;
             return;
         }
         drop_job(info.job);

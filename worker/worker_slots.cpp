@@ -49,17 +49,24 @@ void WorkerCore::feed(std::size_t index, double now_s) {
 
 void WorkerCore::start_next(std::size_t index, double now_s) {
     Slot& slot = slots_[index];
-    const auto next =
-        std::find_if(queue_.begin(), queue_.end(), [&](const wire::Lease& lease) { return ready(lease.job); });
+    const auto first_of = [&](auto fits) { return std::find_if(queue_.begin(), queue_.end(), fits); };
+    auto next =
+        slot.open
+            ? first_of([&](const wire::Lease& lease) { return lease.job == slot.job && lease.audit == slot.audit; })
+            : queue_.end();
+    if (next == queue_.end() || !ready(next->job))
+        next = first_of([&](const wire::Lease& lease) { return ready(lease.job); });
     if (slot.open) {
         const auto job = jobs_.find(slot.job);
         const bool late = job == jobs_.end() || now_s - slot.open_since_s >= job->second.info.flush_seconds;
-        if (late || next == queue_.end() || next->job != slot.job) return stop_slot(index, SlotAsk::close);
+        if (late || next == queue_.end() || next->job != slot.job || next->audit != slot.audit)
+            return stop_slot(index, SlotAsk::close);
     }
     if (next == queue_.end()) return;
     if (!slot.open) slot.open_since_s = now_s;
     slot.lease = *next;
     slot.job = next->job;
+    slot.audit = next->audit;
     slot.open_leases.insert(next->lease);
     slot.open = slot.running = true;
     effects_.push_back(StartSlot{

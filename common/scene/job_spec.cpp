@@ -57,6 +57,11 @@ Result<void> validate(const JobSpec& spec) {
     return validate_way_group(spec);
 }
 
+bool same_but_for_particles(const JobSpec& a, JobSpec b) {
+    b.particles = a.particles;
+    return a == b;
+}
+
 double texel_in_force_m(const JobSpec& spec, double scene_diagonal_m) {
     return spec.texel_m > 0 ? spec.texel_m : scene_diagonal_m / 64;
 }

@@ -18,9 +18,9 @@ struct JobSpec {
     std::uint64_t seed = 1;
     Absorption absorption = Absorption::analog;
     CutoffRule cutoff_rule = CutoffRule::roulette;
-    double cutoff = 0.01;        ///< attenuate: fraction of the start energy under which roulette or cut-off acts
-    double texel_m = 0;          ///< edge of a texel [m]; 0 chooses from the size of the scene
-    std::uint64_t keep_hits = 0; ///< hits kept for nearest-neighbour estimates
+    double cutoff = 0.01;         ///< attenuate: fraction of the start energy under which roulette or cut-off acts
+    double texel_m = 0;           ///< edge of a texel [m]; 0 chooses from the size of the scene
+    std::uint64_t keep_hits = 0;  ///< hits kept for nearest-neighbour estimates
 
     Strategy strategy = Strategy::sets;
     Packing packing = Packing::automatic;
@@ -33,6 +33,9 @@ struct JobSpec {
 
 /// Errors: bad_input names the option and its value.
 Result<void> validate(const JobSpec& spec);
+
+/// Whether the one is the other with more particles, or fewer.
+bool same_but_for_particles(const JobSpec& a, JobSpec b);
 
 /// The texel edge in force: spec.texel_m, or 1/64 of the diagonal of the scene's bounding box.
 double texel_in_force_m(const JobSpec& spec, double scene_diagonal_m);

@@ -104,6 +104,9 @@ inline constexpr std::size_t result_bytes_in_flight =
     16u << 20;                                   ///< of the results sent and not yet answered, beside the last
 inline constexpr std::size_t uploads_max = 16;   ///< of scenes on their way to one master
 inline constexpr double lease_seconds = 60;      ///< without a sign of life from the worker
+inline constexpr std::uint32_t losses_max = 3;   ///< a set that was lost so often with its worker is set aside
+inline constexpr double retry_seconds = 1;       ///< a lost set waits this long; after the next loss twice as long
+inline constexpr double audit_seconds = 300;     ///< that a worker may take to trace a result again
 inline constexpr double reconnect_seconds = 10;  ///< leases of a lost connection wait for their worker this long
 inline constexpr double finish_seconds = 10;     ///< an interrupted job waits for outstanding results this long
 inline constexpr double straggler_targets =
@@ -125,6 +128,7 @@ inline constexpr std::uint64_t hits_per_map_max = std::uint64_t{1} << 31;
 inline constexpr std::uint32_t parts_per_result_max = 65'536;
 inline constexpr std::uint32_t chunks_max = 32'768;      ///< of one chunked file
 inline constexpr std::uint32_t jobs_listed_max = 1'000;  ///< in one status reply
+inline constexpr std::uint32_t set_aside_listed_max = 8;  ///< ranges of particles in the status of a job
 inline constexpr std::size_t peer_name_bytes_max = 255;
 inline constexpr std::size_t address_bytes_max = 64;
 inline constexpr std::size_t isa_bytes_max = 32;

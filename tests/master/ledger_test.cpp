@@ -20,10 +20,17 @@ void commit(Ledger& ledger, std::span<const Claim> claims) {
     ledger.commit(claims);
 }
 
+/// To a worker that has nothing in hand.
+std::optional<ParticleRange> lease(Ledger& ledger, LeaseId id, WorkerId worker, std::uint64_t count, double now_s,
+                                   double deadline_s) {
+    const auto given = ledger.lease(id, worker, Ledger::Hands::empty, count, now_s, deadline_s);
+    return given ? std::optional(given->range) : std::nullopt;
+}
+
 TEST(Ledger, GivesEveryParticleOnce) {
     Ledger ledger({1'000, 10});
     IntervalSet seen[2];
-    for (LeaseId id = 1; const auto range = ledger.lease(id, ann, 7, 0, 60); ++id)
+    for (LeaseId id = 1; const auto range = lease(ledger, id, ann, 7, 0, 60); ++id)
         EXPECT_TRUE(seen[range->light].insert(range->first, range->first + range->count));
     EXPECT_TRUE(seen[0].covers(0, 1'000));
     EXPECT_TRUE(seen[1].covers(0, 10));
@@ -34,7 +41,7 @@ TEST(Ledger, GivesTheLightsEqualFractions) {
     Ledger ledger({10'000, 1'000});
     std::uint64_t given[2] = {0, 0};
     for (LeaseId id = 1; id <= 50; ++id) {
-        const auto range = ledger.lease(id, ann, 100, 0, 60);
+        const auto range = lease(ledger, id, ann, 100, 0, 60);
         given[range->light] += range->count;
     }
     EXPECT_NEAR(static_cast<double>(given[0]) / 10'000, static_cast<double>(given[1]) / 1'000, 0.1);
@@ -42,13 +49,13 @@ TEST(Ledger, GivesTheLightsEqualFractions) {
 
 TEST(Ledger, GivesNothingOfALightWithoutParticles) {
     Ledger ledger({0, 5});
-    EXPECT_EQ(ledger.lease(1, ann, 100, 0, 60), (ParticleRange{1, 0, 5}));
-    EXPECT_FALSE(ledger.lease(2, ann, 100, 0, 60));
+    EXPECT_EQ(lease(ledger, 1, ann, 100, 0, 60), (ParticleRange{1, 0, 5}));
+    EXPECT_FALSE(lease(ledger, 2, ann, 100, 0, 60));
 }
 
 TEST(Ledger, RangeCommittedTwiceIsMergedOnce) {
     Ledger ledger({100});
-    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    const auto range = lease(ledger, 1, ann, 100, 0, 60);
     const Claim claim = whole(1, *range);
     ASSERT_EQ(verdict(ledger, ann, claim), ClaimVerdict::current);
     commit(ledger, std::array{claim});
@@ -59,31 +66,32 @@ TEST(Ledger, RangeCommittedTwiceIsMergedOnce) {
 
 TEST(Ledger, PartOfALeaseIsCommittedAndTheRestIsStillOwed) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 100, 0, 60);
+    lease(ledger, 1, ann, 100, 0, 60);
     commit(ledger, std::array{Claim{1, {0, 0, 40}}});
     EXPECT_TRUE(ledger.holds(1));
     EXPECT_EQ(verdict(ledger, ann, {1, {0, 30, 20}}), ClaimVerdict::already_committed);
     EXPECT_EQ(verdict(ledger, ann, {1, {0, 40, 60}}), ClaimVerdict::current);
     ledger.release(1);
     EXPECT_EQ(ledger.unleased(), 60u);
-    EXPECT_EQ(ledger.lease(2, bob, 1'000, 0, 60), (ParticleRange{0, 40, 60}));
+    EXPECT_EQ(lease(ledger, 2, bob, 1'000, 0, 60), (ParticleRange{0, 40, 60}));
 }
 
 TEST(Ledger, ExpiredLeaseIsStaleAndGivenToAnother) {
     Ledger ledger({100});
-    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    const auto range = lease(ledger, 1, ann, 100, 0, 60);
     EXPECT_EQ(ledger.expire(59), 0u);
     EXPECT_EQ(ledger.expire(60), 1u);
     EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::stale);
-    EXPECT_EQ(ledger.lease(2, bob, 100, 60, 120), range);
+    EXPECT_FALSE(lease(ledger, 2, bob, 100, 60, 120)) << "a lost set waits a moment";
+    EXPECT_EQ(lease(ledger, 2, bob, 100, 60 + limits::retry_seconds, 120), range);
     EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::stale);
     EXPECT_EQ(verdict(ledger, bob, whole(2, *range)), ClaimVerdict::current);
 }
 
 TEST(Ledger, HeartbeatKeepsALease) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 50, 0, 60);
-    ledger.lease(2, bob, 50, 0, 60);
+    lease(ledger, 1, ann, 50, 0, 60);
+    lease(ledger, 2, bob, 50, 0, 60);
     ledger.extend(ann, 100);
     EXPECT_EQ(ledger.expire(70), 1u);
     EXPECT_TRUE(ledger.holds(1));
@@ -92,7 +100,7 @@ TEST(Ledger, HeartbeatKeepsALease) {
 
 TEST(Ledger, LostWorkerKeepsItsLeasesForTheGraceOnly) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 50, 0, 60);
+    lease(ledger, 1, ann, 50, 0, 60);
     ledger.shorten(ann, 10);
     EXPECT_EQ(ledger.expire(9), 0u);
     EXPECT_EQ(ledger.expire(10), 1u);
@@ -100,13 +108,13 @@ TEST(Ledger, LostWorkerKeepsItsLeasesForTheGraceOnly) {
 
 TEST(Ledger, OnlyTheHolderOfALeaseMayClaimIt) {
     Ledger ledger({100});
-    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    const auto range = lease(ledger, 1, ann, 100, 0, 60);
     EXPECT_EQ(verdict(ledger, bob, whole(1, *range)), ClaimVerdict::stale);
 }
 
 TEST(Ledger, ClaimsOutsideTheLeaseAreInvalid) {
     Ledger ledger({100, 100});
-    ledger.lease(1, ann, 50, 0, 60);  // light 0, [0, 50)
+    lease(ledger, 1, ann, 50, 0, 60);  // light 0, [0, 50)
     for (const ParticleRange& range : {ParticleRange{0, 0, 51},
                                        {0, 49, 2},
                                        {0, 60, 1},
@@ -121,14 +129,14 @@ TEST(Ledger, ClaimsOutsideTheLeaseAreInvalid) {
 
 TEST(Ledger, OneResultMayNotClaimAParticleTwice) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 100, 0, 60);
+    lease(ledger, 1, ann, 100, 0, 60);
     EXPECT_EQ(ledger.check(ann, std::array{Claim{1, {0, 0, 60}}, Claim{1, {0, 59, 10}}}), ClaimVerdict::invalid);
     EXPECT_EQ(ledger.check(ann, std::array{Claim{1, {0, 60, 10}}, Claim{1, {0, 0, 60}}}), ClaimVerdict::current);
 }
 
 TEST(Ledger, FirstOfTwoTwinsWins) {
     Ledger ledger({100});
-    const auto range = ledger.lease(1, ann, 100, 0, 60);
+    const auto range = lease(ledger, 1, ann, 100, 0, 60);
     EXPECT_FALSE(ledger.lease_twin(2, ann, 100, 5, 60)) << "not to the straggler itself";
     EXPECT_FALSE(ledger.lease_twin(2, bob, 0, 5, 60)) << "not before it is late";
     ASSERT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), range);
@@ -141,7 +149,7 @@ TEST(Ledger, FirstOfTwoTwinsWins) {
 
 TEST(Ledger, TwinOwesOnlyWhatTheStragglerOwes) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 100, 0, 60);
+    lease(ledger, 1, ann, 100, 0, 60);
     commit(ledger, std::array{Claim{1, {0, 0, 30}}});
     EXPECT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), (ParticleRange{0, 30, 70}));
     commit(ledger, std::array{Claim{1, {0, 30, 10}}});
@@ -152,7 +160,7 @@ TEST(Ledger, TwinOwesOnlyWhatTheStragglerOwes) {
 TEST(Ledger, ReleasedTwinGivesNothingBackTwice) {
     for (const LeaseId first : {1u, 2u}) {
         Ledger ledger({100});
-        ledger.lease(1, ann, 100, 0, 60);
+        lease(ledger, 1, ann, 100, 0, 60);
         ledger.lease_twin(2, bob, 5, 5, 60);
         ledger.release(first);
         EXPECT_EQ(ledger.unleased(), 0u);
@@ -161,20 +169,70 @@ TEST(Ledger, ReleasedTwinGivesNothingBackTwice) {
     }
 }
 
-TEST(Ledger, ReleaseOfAWorkerLeavesTheOthers) {
+TEST(Ledger, ReleaseOfAllLeavesNothingLeased) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 20, 0, 60);
-    ledger.lease(2, bob, 20, 0, 60);
-    ledger.lease(3, ann, 20, 0, 60);
-    EXPECT_EQ(ledger.leases_of(ann), (std::vector<LeaseId>{1, 3}));
-    ledger.release_worker(ann);
-    EXPECT_EQ(ledger.outstanding(), 1u);
-    EXPECT_EQ(ledger.unleased(), 80u);
+    lease(ledger, 1, ann, 20, 0, 60);
+    lease(ledger, 2, bob, 20, 0, 60);
+    EXPECT_EQ(ledger.leased_particles(), 40u);
+    ledger.release_all();
+    EXPECT_EQ(ledger.outstanding(), 0u);
+    EXPECT_EQ(ledger.leased_particles(), 0u);
+    EXPECT_EQ(ledger.unleased(), 100u);
+}
+
+TEST(Ledger, SetLostTwiceGoesToAWorkerWithEmptyHandsAndAloneAndIsSetAsideAfterTheThirdLoss) {
+    Ledger ledger({100});
+    double now_s = 0;
+    const auto lost = lease(ledger, 1, ann, 10, now_s, 60);
+    now_s = 60;
+    ledger.expire(now_s);
+    EXPECT_EQ(ledger.leased_particles(), 0u);
+    EXPECT_EQ(ledger.unleased(), 90u);
+    now_s += limits::retry_seconds;
+    const auto again = ledger.lease(2, bob, Ledger::Hands::full, 10, now_s, now_s + 60);
+    EXPECT_EQ(again->range, lost);
+    EXPECT_FALSE(again->alone);
+    now_s += 60;
+    ledger.expire(now_s);
+    EXPECT_NE(ledger.lease(3, ann, Ledger::Hands::empty, 10, now_s + 1.9 * limits::retry_seconds, 1e9)->range, lost)
+        << "the wait doubles";
+    now_s += 2 * limits::retry_seconds;
+    EXPECT_NE(ledger.lease(4, ann, Ledger::Hands::full, 10, now_s, 1e9)->range, lost);
+    const auto alone = ledger.lease(5, bob, Ledger::Hands::empty, 10, now_s, now_s + 60);
+    EXPECT_EQ(alone->range, lost);
+    EXPECT_TRUE(alone->alone);
+    ledger.expire(now_s + 60);
+    EXPECT_EQ(ledger.lost().set_aside(), std::vector{*lost});
+    EXPECT_FALSE(ledger.only_set_aside_left());
+    for (LeaseId id = 6; const auto rest = lease(ledger, id, bob, 100, 1e6, 1e9); ++id)
+        EXPECT_NE(rest->first, lost->first);
+    for (const WorkerId worker : {ann, bob})
+        for (const LeaseId id : ledger.leases_of(worker)) {
+            const std::array done{Claim{id, id == 3   ? ParticleRange{0, 10, 10}
+                                            : id == 4 ? ParticleRange{0, 20, 10}
+                                                      : ParticleRange{0, 30, 70}}};
+            ledger.store(done);
+            ledger.commit(done);
+        }
+    EXPECT_TRUE(ledger.only_set_aside_left());
+    EXPECT_FALSE(ledger.complete());
+}
+
+TEST(Ledger, SetThatWasTracedAfterALossIsForgiven) {
+    Ledger ledger({100});
+    lease(ledger, 1, ann, 100, 0, 60);
+    ledger.expire(60);
+    const auto range = lease(ledger, 2, bob, 100, 100, 160);
+    const std::array done{Claim{2, *range}};
+    ledger.store(done);
+    ledger.commit(done);
+    EXPECT_TRUE(ledger.complete());
+    EXPECT_EQ(ledger.lost().waiting_particles(), 0u);
 }
 
 TEST(Ledger, ParticlesOnTheirWayToTheDiskAreNeitherGivenNorCommitted) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 100, 0, 60);
+    lease(ledger, 1, ann, 100, 0, 60);
     const std::array stored{Claim{1, {0, 0, 60}}};
     ledger.store(stored);
     EXPECT_EQ(ledger.committed_particles(), 0u);
@@ -182,7 +240,7 @@ TEST(Ledger, ParticlesOnTheirWayToTheDiskAreNeitherGivenNorCommitted) {
     EXPECT_EQ(verdict(ledger, bob, {1, {0, 50, 10}}), ClaimVerdict::being_stored);
     ledger.release(1);
     EXPECT_EQ(ledger.unleased(), 40u);
-    EXPECT_EQ(ledger.lease(2, bob, 100, 0, 60), (ParticleRange{0, 60, 40}));
+    EXPECT_EQ(lease(ledger, 2, bob, 100, 0, 60), (ParticleRange{0, 60, 40}));
     ledger.commit(stored);
     EXPECT_EQ(ledger.committed_particles(), 60u);
     EXPECT_EQ(verdict(ledger, ann, {1, {0, 50, 10}}), ClaimVerdict::already_committed);
@@ -190,8 +248,8 @@ TEST(Ledger, ParticlesOnTheirWayToTheDiskAreNeitherGivenNorCommitted) {
 
 TEST(Ledger, ALeaseThatIsStoredWholeEndsAndSaysSo) {
     Ledger ledger({100});
-    ledger.lease(1, ann, 50, 0, 60);
-    ledger.lease(2, ann, 50, 0, 60);
+    lease(ledger, 1, ann, 50, 0, 60);
+    lease(ledger, 2, ann, 50, 0, 60);
     EXPECT_TRUE(ledger.take_ended().empty());
     ledger.store(std::array{Claim{1, {0, 0, 50}}});
     EXPECT_FALSE(ledger.holds(1));
@@ -217,7 +275,7 @@ TEST(Ledger, GoesOnWhereAnEarlierOneEnded) {
     EXPECT_EQ(ledger.take_ended(), (std::vector<LeaseId>{8, 9}));
     EXPECT_EQ(ledger.unleased(), 20u + 100u);
     IntervalSet given;
-    for (LeaseId id = 100; const auto range = ledger.lease(id, bob, 7, 5, 50); ++id)
+    for (LeaseId id = 100; const auto range = lease(ledger, id, bob, 7, 5, 50); ++id)
         if (range->light == 0) {
             EXPECT_TRUE(given.insert(range->first, range->first + range->count));
         }

@@ -33,7 +33,7 @@ TEST_F(MasterTest, MessagesOutOfPlaceEndTheSession) {
     take(master_.on_message(ann, wire::Pull(1), 0, now_s_));
     EXPECT_EQ(sent<wire::Goodbye>(ann)->reason, wire::GoodbyeReason::protocol_error);
     join(bob, 12);
-    take(master_.on_message(bob, wire::CancelRequest(1), 5, now_s_));
+    take(master_.on_message(bob, wire::ControlRequest(1, wire::JobAction::cancel), 5, now_s_));
     EXPECT_EQ(sent<wire::Goodbye>(bob)->reason, wire::GoodbyeReason::protocol_error);
     EXPECT_EQ(master_.discarded(Discard::protocol_error), 2u);
 }

@@ -16,7 +16,7 @@ TEST_F(MasterTest, SolutionWaitsForAFullDisk) {
     for (const auto& lease : pull(ann, 4)) deliver(ann, trace(lease, ++number));
     take(master_.on_solution_stored(*solution_, no_space("the disk is full"), now_s_));
     EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::running);
-    EXPECT_EQ(master_.status(job, now_s_)->sentence, "the disk is full");
+    EXPECT_NE(master_.status(job, now_s_)->sentence.find("the disk is full"), std::string::npos);
     take(master_.tick(now_s_));
     EXPECT_FALSE(find<StoreSolution>());
     now_s_ += limits::disk_retry_seconds + 1;
@@ -24,7 +24,7 @@ TEST_F(MasterTest, SolutionWaitsForAFullDisk) {
     ASSERT_TRUE(find<StoreSolution>());
     store_solution();
     EXPECT_EQ(master_.status(job, now_s_)->state, wire::JobState::done);
-    EXPECT_EQ(master_.status(job, now_s_)->sentence, "");
+    EXPECT_EQ(master_.status(job, now_s_)->sentence.find("disk"), std::string::npos);
 }
 
 TEST_F(MasterTest, NobodyIsAnsweredBeforeAResultLasts) {
@@ -115,7 +115,7 @@ TEST_F(MasterTest, FullDiskPausesTheJobsAndTheSameResultsAreTriedAgain) {
     take(master_.on_message(ann, result.first, 0, now_s_));
     take(master_.on_message(ann, result.second, 0, now_s_));
     take(master_.on_results_stored(held_, no_space("the disk is full"), now_s_));
-    EXPECT_EQ(master_.status(job, now_s_)->sentence, "the disk is full");
+    EXPECT_NE(master_.status(job, now_s_)->sentence.find("the disk is full"), std::string::npos);
     EXPECT_TRUE(pull(ann, 5).empty()) << "no more work until there is room";
     const auto tickets = std::exchange(held_, {});
     now_s_ += limits::disk_retry_seconds + 1;
@@ -124,7 +124,7 @@ TEST_F(MasterTest, FullDiskPausesTheJobsAndTheSameResultsAreTriedAgain) {
     take(master_.on_results_stored(held_, thresholds(), now_s_));
     EXPECT_EQ(sent<wire::ResultAck>(ann)->verdict, wire::Verdict::accepted);
     EXPECT_EQ(all_sent<wire::Lease>(ann).size(), 5u) << "and it goes on";
-    EXPECT_EQ(master_.status(job, now_s_)->sentence, "");
+    EXPECT_EQ(master_.status(job, now_s_)->sentence.find("disk"), std::string::npos);
 }
 
 TEST_F(MasterTest, JobsOfAnEarlierLifeAreKnownAndUnfinishedOnesGoOn) {
@@ -153,6 +153,7 @@ protected:
         running.spec = records_job();
         running.status.job = 4;
         running.status.state = wire::JobState::running;
+        running.begun = true;
         master_.restore(running);
     }
     static constexpr LeaseId kept = lease_id(9, 1), lost = lease_id(9, 2);
@@ -261,15 +262,15 @@ TEST_F(MasterTest, ResultThatFoundNoRoomIsTriedAgainThoughALaterOneFoundSome) {
 TEST_F(MasterTest, CancelIsAnsweredWhenItLasts) {
     const JobId job = submit(records_job(), 1);
     disk_held_ = true;
-    take(master_.on_message(embedding_session, wire::CancelRequest(job), 8, now_s_));
-    EXPECT_FALSE(sent<wire::CancelReply>(embedding_session));
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::cancel), 8, now_s_));
+    EXPECT_FALSE(sent<wire::ControlReply>(embedding_session));
     const auto record = find<StoreRecord>();
     ASSERT_TRUE(record);
     EXPECT_TRUE(record->record.cancel_asked);
     take(master_.on_record_stored(*record, {}, now_s_));
-    EXPECT_FALSE(sent<wire::CancelReply>(embedding_session)) << "nothing is outstanding: the solution is on its way";
+    EXPECT_FALSE(sent<wire::ControlReply>(embedding_session)) << "nothing is outstanding: the solution is on its way";
     store_solution();
-    EXPECT_EQ(sent<wire::CancelReply>(embedding_session)->state, wire::JobState::cancelled);
+    EXPECT_EQ(sent<wire::ControlReply>(embedding_session)->state, wire::JobState::cancelled);
 }
 
 TEST_F(MasterTest, CancelThatFindsNoRoomIsNotAnsweredHoweverOftenItIsAskedFor) {
@@ -277,26 +278,26 @@ TEST_F(MasterTest, CancelThatFindsNoRoomIsNotAnsweredHoweverOftenItIsAskedFor) {
     join(ann, 11);
     pull(ann, 1);
     disk_held_ = true;
-    take(master_.on_message(embedding_session, wire::CancelRequest(job), 8, now_s_));
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::cancel), 8, now_s_));
     take(master_.on_record_stored(*find<StoreRecord>(), no_space("the disk is full"), now_s_));
-    take(master_.on_message(embedding_session, wire::CancelRequest(job), 9, now_s_));
-    EXPECT_FALSE(sent<wire::CancelReply>(embedding_session));
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::cancel), 9, now_s_));
+    EXPECT_FALSE(sent<wire::ControlReply>(embedding_session));
     now_s_ += limits::disk_retry_seconds + 1;
     take(master_.tick(now_s_));
     ASSERT_TRUE(find<StoreRecord>());
     take(master_.on_record_stored(*find<StoreRecord>(), {}, now_s_));
-    EXPECT_EQ(all_sent<wire::CancelReply>(embedding_session).size(), 2u);
+    EXPECT_EQ(all_sent<wire::ControlReply>(embedding_session).size(), 2u);
 }
 
 TEST_F(MasterTest, RecordThatFoundNoRoomNeverFollowsTheSolution) {
     const JobId job = submit(records_job(), 1);
     disk_held_ = true;
-    take(master_.on_message(embedding_session, wire::CancelRequest(job), 8, now_s_));
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::cancel), 8, now_s_));
     const auto record = find<StoreRecord>();
     ASSERT_TRUE(record && solution_);
     take(master_.on_record_stored(*record, no_space("the disk is full"), now_s_));
     store_solution();
-    EXPECT_TRUE(sent<wire::CancelReply>(embedding_session));
+    EXPECT_TRUE(sent<wire::ControlReply>(embedding_session));
     now_s_ += limits::disk_retry_seconds + 1;
     take(master_.tick(now_s_));
     EXPECT_FALSE(find<StoreRecord>());
@@ -305,8 +306,8 @@ TEST_F(MasterTest, RecordThatFoundNoRoomNeverFollowsTheSolution) {
 
 TEST_F(RestartedMasterTest, CancelBeforeTheJobRunsAgainKeepsWhatWasCommitted) {
     take(master_.tick(now_s_));
-    take(master_.on_message(embedding_session, wire::CancelRequest(4), 8, now_s_));
-    EXPECT_TRUE(sent<wire::CancelReply>(embedding_session));
+    take(master_.on_message(embedding_session, wire::ControlRequest(4, wire::JobAction::cancel), 8, now_s_));
+    EXPECT_TRUE(sent<wire::ControlReply>(embedding_session));
     EXPECT_TRUE(master_.record(4)->cancel_asked);
     RecoveredJob job;
     job.committed.resize(2);

@@ -70,14 +70,14 @@ private:
 TEST(BlockingClient, AsksAndIsAnswered) {
     ScriptedMaster master([](Connection& connection, const wire::Envelope& envelope) {
         if (ScriptedMaster::welcome(connection, envelope)) return;
-        if (std::holds_alternative<wire::CancelRequest>(envelope.message)) {
-            connection.send(wire::CancelReply(1, wire::JobState::done), envelope.request_id + 1'000);
-            connection.send(wire::CancelReply(7, wire::JobState::cancelled), envelope.request_id);
+        if (std::holds_alternative<wire::ControlRequest>(envelope.message)) {
+            connection.send(wire::ControlReply(1, wire::JobState::done), envelope.request_id + 1'000);
+            connection.send(wire::ControlReply(7, wire::JobState::cancelled), envelope.request_id);
         }
     });
     auto client = master.connect();
     ASSERT_TRUE(client.has_value()) << client.error().sentence;
-    const auto reply = client->ask_for<wire::CancelReply>(wire::CancelRequest(7));
+    const auto reply = client->ask_for<wire::ControlReply>(wire::ControlRequest(7, wire::JobAction::cancel));
     ASSERT_TRUE(reply.has_value()) << reply.error().sentence;
     EXPECT_EQ(reply->job, 7u) << "an answer to another request was taken";
 }
@@ -91,7 +91,7 @@ TEST(BlockingClient, RefusalBecomesTheUsersError) {
     });
     auto client = master.connect();
     ASSERT_TRUE(client.has_value());
-    const auto cancel = client->ask(wire::CancelRequest(8));
+    const auto cancel = client->ask(wire::ControlRequest(8, wire::JobAction::cancel));
     ASSERT_TRUE(cancel.has_error());
     EXPECT_EQ(cancel.error().code, ErrorCode::bad_input);
     EXPECT_EQ(cancel.error().sentence, "there is no job 8");

@@ -109,8 +109,8 @@ inline std::vector<wire::Message> sample_messages() {
         StatusReply({sample_job_status(), JobStatus()}),
         WorkersRequest(),
         WorkersReply({sample_worker_status(), WorkerStatus()}),
-        CancelRequest(12),
-        CancelReply(12, JobState::done),
+        ControlRequest(12, JobAction::extend, 5'000),
+        ControlReply(12, JobState::done),
         FetchRequest(12),
         FetchReply(12, sample_digest(9), sample_digest(10), true),
     };

@@ -127,8 +127,12 @@ wire::JobState Farm::state() const {
 bool Farm::run() {
     while (now_s_ < absurd_s) {
         const wire::JobState now = state();
-        if (now != wire::JobState::queued && now != wire::JobState::running) return true;
+        if (wire::is_over(now)) return true;
         if (!violations_.empty()) return false;
+        // sets that were lost thrice by chance: somebody looks, and tries them again
+        if (now == wire::JobState::paused)
+            carry_out(master_->on_message(embedding_session, wire::ControlRequest(the_job, wire::JobAction::resume), 2,
+                                          now_s_));
         Event next = events_.top();
         events_.pop();
         now_s_ = next.time_s;
@@ -273,8 +277,23 @@ void Farm::carry_out(StoreSnapshot& store) {
 }
 
 void Farm::carry_out(StoreRecord& store) {
-    slowly([this, store] { return storage_->put(store.record); },
+    slowly([this, store] { return storage_->put(store); },
            [this, store](const Result<void>& stored) { return master_->on_record_stored(store, stored, now_s_); });
+}
+
+void Farm::carry_out(Retract& retract) {
+    slowly([this, retract] { return storage_->retract(retract); },
+           [this, retract](Result<Retracted> left) { return master_->on_retracted(retract, std::move(left), now_s_); });
+}
+
+void Farm::carry_out(PutAside& aside) {
+    slowly([this, aside] { return storage_->put_aside(aside); },
+           [this, aside](const Result<void>&) { return master_->on_put_aside(aside, now_s_); });
+}
+
+void Farm::carry_out(RemoveJob& remove) {
+    slowly([this, remove] { return storage_->remove(remove); },
+           [this, remove](const Result<void>& removed) { return master_->on_removed(remove, removed, now_s_); });
 }
 
 void Farm::carry_out(StoreSolution& store) {

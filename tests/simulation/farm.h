@@ -30,7 +30,7 @@ struct FarmOptions {
     double seconds_between_crashes = 0;     ///< of workers, which start again as new processes
     double seconds_between_power_cuts = 0;  ///< of the master; it starts again with what the disk has left
     double seconds_between_full_disks = 0;  ///< for some seconds each
-    double disk_failures = 0;                   ///< chance that a write or a sync fails; the master starts again
+    double disk_failures = 0;               ///< chance that a write or a sync fails; the master starts again
     double checkpoint_seconds = 10;
     bool one_worker_sleeps = false;  ///< is alive, and traces nothing for a very long time
 };
@@ -120,6 +120,9 @@ private:
     void carry_out(StoreLeases& leases) { commits_.add(leases); }
     void carry_out(StoreSnapshot& store);
     void carry_out(StoreRecord& store);
+    void carry_out(Retract& retract);
+    void carry_out(PutAside& aside);
+    void carry_out(RemoveJob& remove);
     void carry_out(StoreSolution& store);
     void to_worker(SessionId session, wire::Message message);
 

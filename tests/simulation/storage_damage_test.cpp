@@ -69,11 +69,11 @@ protected:
         EXPECT_TRUE(storage->put_scene(scene_).has_value());
         JobRecord running = record_;
         running.status.state = wire::JobState::running;
-        EXPECT_TRUE(storage->put(running).has_value());
+        EXPECT_TRUE(storage->put(StoreRecord{running, {}}).has_value());
         EXPECT_TRUE(storage->prepare({record_}).has_value());
         for (std::uint64_t number = 0; number < results; ++number) {
             if (number + 2 == results) before_last_two_ = image_of(disk);
-            const StoreResult store{number, 1, std::make_shared<const StagedResult>(result(number))};
+            const StoreResult store{number, 1, 7, std::make_shared<const StagedResult>(result(number))};
             const StoredLease lease{1, {100 + number, 7, {0, 1'000 + 10 * number, 10}}};
             EXPECT_TRUE(storage->commit({{store}, {{lease}, {}}}).has_value());
         }

@@ -1,0 +1,153 @@
+#include "master/audits.h"
+
+#include "common/support/ensure.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace lumenfarm {
+
+void Audits::begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, std::uint64_t keep_threshold,
+                   std::uint64_t fingerprint) {
+    Audit audit;
+    audit.job = job;
+    audit.ranges.assign(ranges.begin(), ranges.end());
+    for (const ParticleRange& range : ranges) audit.particles += range.count;
+    audit.keep_threshold = keep_threshold;
+    audit.said.emplace(worker, fingerprint);
+    audits_.emplace(++begun_, std::move(audit));
+}
+
+bool Audits::has_set(const Audit& audit, WorkerId worker) {
+    if (audit.witness) return audit.witness->worker == worker && audit.witness->next < audit.ranges.size();
+    return audit.may_begin(worker);
+}
+
+bool Audits::has_set(JobId job, WorkerId worker) const {
+    return std::any_of(audits_.begin(), audits_.end(),
+                       [&](const auto& entry) { return entry.second.job == job && has_set(entry.second, worker); });
+}
+
+Audits::Set Audits::give(JobId job, WorkerId worker, LeaseId id, double now_s) {
+    const auto found = std::find_if(audits_.begin(), audits_.end(), [&](const auto& entry) {
+        return entry.second.job == job && has_set(entry.second, worker);
+    });
+    ensure(found != audits_.end() && !given_.contains(id), "there is a set to audit, and its lease is new");
+    Audit& audit = found->second;
+    if (!audit.witness) audit.witness = Witness{worker, now_s, 0, 0, audit.particles};
+    const ParticleRange range = audit.ranges[audit.witness->next++];
+    given_.emplace(id, Given{found->first, worker, range.light, {}, range});
+    return {found->first, range, audit.keep_threshold};
+}
+
+std::optional<AuditId> Audits::check(WorkerId worker, std::span<const Claim> claims) const {
+    std::optional<AuditId> audit;
+    std::map<LeaseId, IntervalSet> covered;
+    for (const Claim& claim : claims) {
+        const auto found = given_.find(claim.lease);
+        if (found == given_.end() || found->second.worker != worker) return std::nullopt;
+        const Given& given = found->second;
+        if (audit && *audit != given.audit) return std::nullopt;
+        audit = given.audit;
+        const std::uint64_t end = claim.range.first + claim.range.count;
+        const bool inside = claim.range.light == given.light && claim.range.first >= given.range.first &&
+                            end <= given.range.first + given.range.count;
+        if (!inside || given.done.overlaps(claim.range.first, end)) return std::nullopt;
+        if (!covered[claim.lease].insert(claim.range.first, end)) return std::nullopt;
+    }
+    return audit;
+}
+
+std::optional<Audits::Finding> Audits::take(AuditId id, std::span<const Claim> claims, std::uint64_t fingerprint) {
+    Audit& audit = audits_.at(id);
+    Witness& witness = *audit.witness;
+    witness.fingerprint += fingerprint;
+    for (const Claim& claim : claims) {
+        Given& given = given_.at(claim.lease);
+        ensure(given.done.insert(claim.range.first, claim.range.first + claim.range.count), "a claim is owed");
+        witness.owed -= claim.range.count;
+        if (given.done.size() == given.range.count) given_.erase(claim.lease);
+    }
+    if (witness.owed > 0) return std::nullopt;
+    audit.said.emplace(witness.worker, witness.fingerprint);
+    audit.witness.reset();
+    auto found = finding(audit);
+    if (found) erase(id);
+    return found;
+}
+
+std::optional<Audits::Finding> Audits::finding(const Audit& audit) {
+    for (const auto& [worker, said] : audit.said) {
+        Finding finding;
+        for (const auto& [other, theirs] : audit.said)
+            (theirs == said ? finding.honest : finding.liars).push_back(other);
+        if (finding.honest.size() >= 2) return finding;
+    }
+    return std::nullopt;
+}
+
+/// Of its witness.
+void Audits::dismiss(AuditId id) {
+    audits_.at(id).witness.reset();
+    std::erase_if(given_, [&](const auto& entry) { return entry.second.audit == id; });
+}
+
+void Audits::erase(AuditId id) {
+    dismiss(id);
+    audits_.erase(id);
+}
+
+void Audits::forget(WorkerId worker) {
+    for (auto& [id, audit] : audits_)
+        if (audit.witness && audit.witness->worker == worker) dismiss(id);
+}
+
+void Audits::forget(WorkerId worker, LeaseId only) {
+    const auto found = given_.find(only);
+    if (found == given_.end() || found->second.worker != worker) return;
+    const AuditId id = found->second.audit;
+    audits_.at(id).given_up.insert(worker);
+    dismiss(id);
+}
+
+void Audits::expire(double begun_before_s) {
+    for (auto& [id, audit] : audits_) {
+        if (!audit.witness || audit.witness->begun_s >= begun_before_s) continue;
+        audit.given_up.insert(audit.witness->worker);
+        dismiss(id);
+    }
+}
+
+void Audits::drop(JobId job) {
+    for (auto it = audits_.begin(); it != audits_.end();) {
+        const auto [id, of_job] = std::pair(it->first, it->second.job == job);
+        ++it;
+        if (of_job) erase(id);
+    }
+}
+
+std::uint64_t Audits::drop_hopeless(JobId job, const std::set<WorkerId>& workers) {
+    std::uint64_t dropped = 0;
+    for (auto it = audits_.begin(); it != audits_.end();) {
+        const auto& [id, audit] = *it++;
+        if (audit.job != job || audit.witness || audit.said.size() > 1) continue;
+        if (std::any_of(workers.begin(), workers.end(), [&](WorkerId worker) { return audit.may_begin(worker); }))
+            continue;
+        erase(id);
+        ++dropped;
+    }
+    return dropped;
+}
+
+std::uint64_t Audits::pending(JobId job) const {
+    return static_cast<std::uint64_t>(
+        std::count_if(audits_.begin(), audits_.end(), [&](const auto& entry) { return entry.second.job == job; }));
+}
+
+std::uint64_t Audits::disputed(JobId job) const {
+    return static_cast<std::uint64_t>(std::count_if(audits_.begin(), audits_.end(), [&](const auto& entry) {
+        return entry.second.job == job && entry.second.said.size() > 1;
+    }));
+}
+
+}  // namespace lumenfarm

@@ -1,0 +1,102 @@
+#pragma once
+
+#include "common/solution/interval_set.h"
+#include "master/job.h"
+#include "master/ledger.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+/// Results that are traced a second time, by another worker, to see whether they are true. Where two differ a third
+/// worker decides, and so on: what two of them say is true, and the others lied. Times are seconds of the caller's.
+namespace lumenfarm {
+
+using AuditId = std::uint64_t;
+
+class Audits {
+public:
+    /// A set to be traced again. Results of it hold nothing but sets of the same audit.
+    struct Set {
+        AuditId audit = 0;
+        ParticleRange range;
+        std::uint64_t keep_threshold = 0;
+    };
+    struct Finding {
+        std::vector<WorkerId> honest, liars;
+    };
+
+    /// What `worker` has said of the particles is to be verified. `fingerprint`: result_fingerprint() with this
+    /// threshold.
+    void begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, std::uint64_t keep_threshold,
+               std::uint64_t fingerprint);
+
+    /// Whether give() has something.
+    bool has_set(JobId job, WorkerId worker) const;
+    /// The next set of an audit that the worker is at, or may begin. REQUIRES: has_set(), a new id.
+    Set give(JobId job, WorkerId worker, LeaseId id, double now_s);
+
+    bool holds(LeaseId id) const { return given_.contains(id); }
+    /// The audit of a result, when each claim is a part of a set that the worker has of it, and is still owed.
+    std::optional<AuditId> check(WorkerId worker, std::span<const Claim> claims) const;
+    /// Takes the result. Says who lied once two agree. REQUIRES: check() gave the audit.
+    std::optional<Finding> take(AuditId audit, std::span<const Claim> claims, std::uint64_t fingerprint);
+
+    /// The worker will not finish what it has: others begin anew. `only`: of one lease's audit.
+    void forget(WorkerId worker);
+    void forget(WorkerId worker, LeaseId only);
+    /// Workers that began before then are given up, as if they had no part in it.
+    void expire(double begun_before_s);
+    /// Drops all audits of the job, or those that nobody of `workers` can carry on and where no two differ yet; says
+    /// how many.
+    void drop(JobId job);
+    std::uint64_t drop_hopeless(JobId job, const std::set<WorkerId>& workers);
+
+    std::uint64_t pending(JobId job) const;
+    std::uint64_t disputed(JobId job) const;
+    std::uint64_t keep_threshold(AuditId audit) const { return audits_.at(audit).keep_threshold; }
+    JobId job(AuditId audit) const { return audits_.at(audit).job; }
+
+private:
+    /// A worker that traces the audit's ranges again.
+    struct Witness {
+        WorkerId worker = 0;
+        double begun_s = 0;
+        std::size_t next = 0;  ///< of the ranges
+        std::uint64_t fingerprint = 0;
+        std::uint64_t owed = 0;  ///< particles
+    };
+    struct Audit {
+        JobId job = 0;
+        std::vector<ParticleRange> ranges;
+        std::uint64_t particles = 0;
+        std::uint64_t keep_threshold = 0;
+        std::map<WorkerId, std::uint64_t> said;  ///< fingerprints
+        std::set<WorkerId> given_up;
+        std::optional<Witness> witness;
+        bool may_begin(WorkerId worker) const {
+            return !witness && !said.contains(worker) && !given_up.contains(worker);
+        }
+    };
+    struct Given {
+        AuditId audit = 0;
+        WorkerId worker = 0;
+        std::uint32_t light = 0;
+        IntervalSet done;
+        ParticleRange range;
+    };
+
+    static bool has_set(const Audit& audit, WorkerId worker);
+    static std::optional<Finding> finding(const Audit& audit);
+    void dismiss(AuditId id);
+    void erase(AuditId id);
+
+    std::map<AuditId, Audit> audits_;
+    std::map<LeaseId, Given> given_;
+    AuditId begun_ = 0;
+};
+
+}  // namespace lumenfarm

@@ -1,0 +1,160 @@
+#include "master/master_core.h"
+
+#include "master/result_fingerprint.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+/// The master's core: results that are traced a second time, and what becomes of workers that lied.
+namespace lumenfarm {
+
+namespace {
+
+/// Neighbouring parts of sets become one range.
+std::vector<ParticleRange> ranges_of(const wire::ResultDone& done) {
+    std::map<std::uint32_t, IntervalSet> by_light;
+    for (const wire::Claim& claim : done.claims)
+        by_light[claim.range.light].insert(claim.range.first, claim.range.first + claim.range.count);
+    std::vector<ParticleRange> ranges;
+    for (const auto& [light, intervals] : by_light)
+        for (const auto& interval : intervals.intervals())
+            for (std::uint64_t first = interval.begin; first < interval.end; first += limits::particles_per_set_max)
+                ranges.push_back({light, first, std::min(interval.end - first, limits::particles_per_set_max)});
+    return ranges;
+}
+
+}  // namespace
+
+/// By a chance that no worker can foresee.
+void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t ticket) {
+    const double chance =
+        std::ldexp(static_cast<double>(XXH3_64bits_withSeed(&ticket, sizeof ticket, policy_.audit_key)), -64);
+    if (job.phase != Phase::running || chance >= policy_.audit_fraction) return;
+    const std::uint64_t threshold = job.active->keep_threshold();
+    audits_.begin(job.record.id(), stored.worker, ranges_of(stored.result->done()), threshold,
+                  result_fingerprint(*stored.result, threshold, policy_.audit_key));
+}
+
+bool MasterCore::give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s) {
+    for (Job* job : jobs) {
+        const JobId id = job->record.id();
+        if (job->retraction || worker.declined.contains(id) || !audits_.has_set(id, session.instance())) continue;
+        const LeaseId lease = new_lease();
+        const Audits::Set set = audits_.give(id, session.instance(), lease, now_s);
+        tell(session, worker, *job);
+        --worker.wanted;
+        worker.job = id;
+        send(session.id, wire::Lease(lease, policy_.epoch, id, set.range, set.keep_threshold, set.audit));
+        return true;
+    }
+    return false;
+}
+
+/// True when the result was of an audit.
+bool MasterCore::take_audit(Session& session, StagedResult& result, wire::ResultDone& done, double now_s) {
+    const std::vector<Claim> claims = claims_of(done);
+    if (claims.empty() || !audits_.holds(claims.front().lease)) return false;
+    const auto audit = audits_.check(session.instance(), claims);
+    const JobId job = done.job;
+    const std::uint64_t number = done.result;
+    Outcome outcome;
+    if (!audit || audits_.job(*audit) != job) {
+        outcome = {wire::Verdict::stale, "it covers particles that this worker was not to trace again"};
+    } else if (const auto whole = result.complete(std::move(done)); !whole) {
+        outcome = {result.without_room() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
+    }
+    if (outcome.verdict != wire::Verdict::accepted) {
+        audits_.forget(session.instance(), claims.front().lease);
+        answer(session.instance(), job, number, outcome, now_s);
+        return true;
+    }
+    const std::uint64_t said = result_fingerprint(result, audits_.keep_threshold(*audit), policy_.audit_key);
+    answer(session.instance(), job, number, outcome, now_s);
+    Job& audited = jobs_.at(job);
+    if (const auto finding = audits_.take(*audit, claims, said)) {
+        ++audited.record.status.audits;
+        for (const WorkerId liar : finding->liars) condemn(liar, job, now_s);
+    }
+    if (Job* still = find(job); still && still->active) end_if_finished(*still, now_s);
+    return true;
+}
+
+/// Nothing that a liar has committed to a running job is believed.
+void MasterCore::condemn(WorkerId liar, JobId found_in, double now_s) {
+    if (!liars_.insert(liar).second) return;
+    count(Discard::lied);
+    ++jobs_.at(found_in).record.status.liars;
+    audits_.forget(liar);
+    for (auto& [id, job] : jobs_) {
+        if (!job.active) continue;
+        Ledger& ledger = job.active->ledger();
+        for (const LeaseId lease : ledger.leases_of(liar)) ledger.release(lease);
+        begin_retraction(job, liar);
+    }
+    const auto found = std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+        return entry.second.worker() && entry.second.instance() == liar;
+    });
+    if (found == sessions_.end()) return;
+    liar_names_.insert(found->second.hello.name);
+    send_off(found->first, wire::GoodbyeReason::refused, Discard::quarantined,
+             "two other workers contradict what this one has traced for job " + std::to_string(found_in) +
+                 ": look at its memory; it is kept out until the master starts again",
+             now_s);
+}
+
+/// Where single results are not kept, or their kept hits depend on what the liar has sent, all goes.
+void MasterCore::begin_retraction(Job& job, WorkerId liar) {
+    const bool all = !job.record.audited || (job.active->packing() == Packing::maps && job.record.spec.keep_hits > 0);
+    if (!job.retraction) job.retraction.emplace();
+    job.retraction->workers.insert(liar);
+    if (!all) return;
+    job.retraction->all = true;
+    job.active->ledger().release_all();
+    audits_.drop(job.record.id());
+}
+
+/// When nothing that is to be retracted is on its way to the disk.
+void MasterCore::retract_if_quiet(Job& job) {
+    if (!job.retraction || job.retraction->on_its_way || job.retraction->waits) return;
+    const bool noisy = std::any_of(storing_.begin(), storing_.end(), [&](const auto& entry) {
+        const Storing& storing = entry.second;
+        return storing.job == job.record.id() &&
+               (job.retraction->all || job.retraction->workers.contains(storing.worker));
+    });
+    if (noisy) return;
+    job.retraction->on_its_way = true;
+    effects_.push_back(Retract{job.record.id(), job.retraction->workers, job.retraction->all});
+}
+
+Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left, double now_s) {
+    Job* job = find(retract.job);
+    if (!job || !job->active || !job->retraction) return settle_and_take(now_s);
+    job->retraction->on_its_way = false;
+    if (!left) {
+        job->retraction->waits = true;
+        await_space(left.error(), now_s);
+        return settle_and_take(now_s);
+    }
+    job->active->retract(std::move(*left));
+    for (const WorkerId worker : retract.workers) {
+        job->retraction->workers.erase(worker);
+        job->contributors.erase(worker);
+    }
+    if (job->retraction->workers.empty()) job->retraction.reset();
+    return settle_and_take(now_s);
+}
+
+/// Whether the job has to wait before it may end: for a retraction, or for audits that somebody can still carry out.
+bool MasterCore::is_questioned(const Job& job) {
+    if (job.retraction) return true;
+    std::set<WorkerId> able;
+    for (const auto& [id, session] : sessions_)
+        if (session.worker() && !session.worker()->declined.contains(job.record.id())) able.insert(session.instance());
+    count(Discard::audit_hopeless, audits_.drop_hopeless(job.record.id(), able));
+    return audits_.pending(job.record.id()) > 0;
+}
+
+}  // namespace lumenfarm

@@ -1,0 +1,116 @@
+#include "master/audits.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+namespace lumenfarm::testing {
+namespace {
+
+constexpr JobId job = 3;
+constexpr WorkerId ann = 1, bob = 2, cid = 3, dan = 4;
+constexpr std::uint64_t truth = 700;
+const std::array ranges{ParticleRange{0, 100, 50}, ParticleRange{1, 0, 20}};
+
+class AuditsTest : public ::testing::Test {
+protected:
+    AuditsTest() { audits_.begin(job, ann, ranges, 9, truth); }
+
+    /// The worker traces both ranges again, and says so in two results.
+    std::optional<Audits::Finding> testify(WorkerId worker, std::uint64_t fingerprint) {
+        std::optional<Audits::Finding> finding;
+        for (const std::uint64_t part : {fingerprint - 5, std::uint64_t{5}}) {
+            EXPECT_TRUE(audits_.has_set(job, worker));
+            const Audits::Set set = audits_.give(job, worker, ++leases_, 0);
+            const std::array claims{Claim{leases_, set.range}};
+            const auto audit = audits_.check(worker, claims);
+            EXPECT_EQ(audit, set.audit);
+            EXPECT_FALSE(finding);
+            finding = audits_.take(*audit, claims, part);
+        }
+        return finding;
+    }
+
+    Audits audits_;
+    LeaseId leases_ = 0;
+};
+
+TEST_F(AuditsTest, OneWhoSaysTheSameEndsIt) {
+    EXPECT_FALSE(audits_.has_set(job, ann)) << "nobody audits himself";
+    EXPECT_FALSE(audits_.has_set(job + 1, bob));
+    const auto finding = testify(bob, truth);
+    ASSERT_TRUE(finding);
+    EXPECT_TRUE(finding->liars.empty());
+    EXPECT_EQ(audits_.pending(job), 0u);
+}
+
+TEST_F(AuditsTest, ThirdWorkerDecides) {
+    EXPECT_FALSE(testify(bob, truth + 1));
+    EXPECT_EQ(audits_.disputed(job), 1u);
+    EXPECT_FALSE(audits_.has_set(job, ann) || audits_.has_set(job, bob));
+    EXPECT_EQ(testify(cid, truth)->liars, std::vector{bob});
+}
+
+TEST_F(AuditsTest, FirstMayBeTheLiar) {
+    EXPECT_FALSE(testify(bob, truth + 1));
+    EXPECT_EQ(testify(cid, truth + 1)->liars, std::vector{ann});
+}
+
+TEST_F(AuditsTest, WhereAllDifferAFourthIsAsked) {
+    EXPECT_FALSE(testify(bob, truth + 1));
+    EXPECT_FALSE(testify(cid, truth + 2));
+    const auto finding = testify(dan, truth);
+    EXPECT_EQ(finding->honest, (std::vector{ann, dan}));
+    EXPECT_EQ(finding->liars, (std::vector{bob, cid}));
+}
+
+TEST_F(AuditsTest, WorkerThatIsLostIsReplacedAndItsLateResultIsNotTaken) {
+    const Audits::Set set = audits_.give(job, bob, 1, 0);
+    EXPECT_FALSE(audits_.has_set(job, cid)) << "one at a time";
+    audits_.forget(bob);
+    EXPECT_FALSE(audits_.check(bob, std::array{Claim{1, set.range}}));
+    leases_ = 1;
+    EXPECT_TRUE(testify(cid, truth));
+}
+
+TEST_F(AuditsTest, WorkerThatTakesTooLongIsGivenUp) {
+    audits_.give(job, bob, 1, 10);
+    audits_.expire(10);
+    EXPECT_TRUE(audits_.holds(1));
+    audits_.expire(11);
+    EXPECT_FALSE(audits_.holds(1));
+    EXPECT_FALSE(audits_.has_set(job, bob));
+    EXPECT_TRUE(audits_.has_set(job, cid));
+}
+
+TEST_F(AuditsTest, ClaimsThatAreNotOwedAreNotTaken) {
+    const Audits::Set set = audits_.give(job, bob, 1, 0);
+    const auto check = [&](WorkerId worker, const Claim& claim) {
+        return audits_.check(worker, std::array{claim}).has_value();
+    };
+    EXPECT_TRUE(check(bob, {1, {0, 100, 10}}));
+    EXPECT_FALSE(check(cid, {1, set.range}));
+    EXPECT_FALSE(check(bob, {2, set.range}));
+    EXPECT_FALSE(check(bob, {1, {1, 100, 10}}));
+    EXPECT_FALSE(check(bob, {1, {0, 99, 10}}));
+    EXPECT_FALSE(check(bob, {1, {0, 145, 10}}));
+    EXPECT_FALSE(audits_.check(bob, std::array{Claim{1, {0, 100, 10}}, Claim{1, {0, 105, 10}}}));
+    audits_.take(set.audit, std::array{Claim{1, {0, 100, 10}}}, 1);
+    EXPECT_FALSE(check(bob, {1, {0, 109, 10}})) << "twice";
+    EXPECT_TRUE(check(bob, {1, {0, 110, 40}}));
+}
+
+TEST_F(AuditsTest, AuditThatNobodyCanCarryOutIsDroppedUnlessTwoDiffer) {
+    EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
+    EXPECT_EQ(audits_.drop_hopeless(job, {ann}), 1u);
+    EXPECT_EQ(audits_.pending(job), 0u);
+    audits_.begin(job, ann, ranges, 9, truth);
+    EXPECT_FALSE(testify(bob, truth + 1));
+    EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
+    audits_.drop(job);
+    EXPECT_EQ(audits_.pending(job), 0u);
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing

@@ -1,0 +1,106 @@
+#include "tests/master/master_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+/// Results that are traced again, and what becomes of workers that lied.
+namespace lumenfarm::testing {
+namespace {
+
+class AuditedMasterTest : public MasterTest {
+protected:
+    static constexpr SessionId cid = 3;
+
+    AuditedMasterTest() {
+        MasterPolicy policy = MasterTest::policy();
+        policy.audit_fraction = 1;
+        policy.audit_key = 5;
+        master_ = MasterCore(policy);
+    }
+    /// Balanced, and not what the tracer says.
+    std::pair<wire::ResultHits, wire::ResultDone> lie(const wire::Lease& lease, std::uint64_t number) {
+        auto result = trace(lease, number);
+        result.first.records.at(7).direction_u ^= 1;
+        return result;
+    }
+    /// The worker pulls and traces until nothing is left for it.
+    void work(SessionId session, bool honestly = true) {
+        for (auto leases = pull(session, 1); !leases.empty(); leases = pull(session, 1)) {
+            const auto result = honestly ? trace(leases[0], ++results_) : lie(leases[0], ++results_);
+            take(master_.on_message(session, result.first, 0, now_s_));
+            take(master_.on_message(session, result.second, 0, now_s_), true);
+            if (find<Retract>()) return;
+        }
+        pull(session, 0);
+    }
+    std::uint64_t results_ = 0;
+};
+
+TEST_F(AuditedMasterTest, JobEndsWhenEveryAuditHas) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    join(bob, 12);
+    work(ann);
+    EXPECT_EQ(master_.status(job, now_s_)->committed, 10'000u);
+    EXPECT_FALSE(solution_);
+    EXPECT_EQ(master_.status(job, now_s_)->sentence, "job 1 waits for 11 audits to end");
+    work(bob);
+    ASSERT_TRUE(solution_);
+    EXPECT_EQ(solution_->record.status.audits, 11u);
+    EXPECT_EQ(solution_->record.status.liars, 0u);
+    EXPECT_TRUE(master_.record(job)->audited);
+}
+
+TEST_F(AuditedMasterTest, FarmOfOneWorkerEndsWithoutAudits) {
+    submit(records_job(), 1);
+    join(ann, 11);
+    work(ann);
+    take(master_.tick(now_s_));
+    EXPECT_TRUE(solution_);
+    EXPECT_EQ(master_.discarded(Discard::audit_hopeless), 11u);
+}
+
+TEST_F(AuditedMasterTest, LiarIsKeptOutAndAllThatItCommittedIsTracedAgain) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    for (int i = 0; i < 4; ++i) deliver(ann, lie(pull(ann, 1).at(0), ++results_));
+    join(bob, 12);
+    work(bob);
+    // only the third can say who of the two it was
+    EXPECT_FALSE(find<Retract>());
+    EXPECT_NE(master_.status(job, now_s_)->sentence.find("contradict each other"), std::string::npos);
+    join(cid, 13);
+    work(cid);
+    const auto retract = find<Retract>();
+    ASSERT_TRUE(retract);
+    EXPECT_EQ(retract->workers, std::set<WorkerId>{11});
+    EXPECT_FALSE(retract->all);
+    EXPECT_EQ(sent<wire::Goodbye>(ann)->reason, wire::GoodbyeReason::refused);
+    EXPECT_TRUE(pull(bob, 1).empty()) << "before it is known what is left";
+    pull(bob, 0);
+
+    Retracted left;
+    left.committed.resize(2);
+    left.committed[0].insert(0, prepared_->particles[0]);
+    const std::uint64_t before = master_.status(job, now_s_)->committed;
+    EXPECT_EQ(before, 10'000u);
+    left.balance.particles = left.committed[0].size();
+    left.keep_threshold = 100;
+    take(master_.on_retracted(*retract, std::move(left), now_s_));
+    EXPECT_EQ(master_.status(job, now_s_)->committed, prepared_->particles[0]);
+    EXPECT_EQ(master_.status(job, now_s_)->liars, 1u);
+    for (int rounds = 0; rounds < 3; ++rounds) {
+        work(bob);
+        work(cid);
+    }
+    ASSERT_TRUE(solution_);
+    EXPECT_TRUE(solution_->record.complete);
+
+    greet(ann, 11);
+    EXPECT_EQ(sent<wire::Goodbye>(ann)->reason, wire::GoodbyeReason::refused);
+    EXPECT_GE(master_.discarded(Discard::quarantined), 2u);
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing
