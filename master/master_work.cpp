@@ -47,7 +47,6 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
 
 void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double now_s) {
     Worker& worker = *session.worker();
-    if (returned.reason == wire::ReturnReason::ending) worker.wanted = 0;
     for (const wire::LeaseRef& lease : returned.leases) {
         worker.held.erase(lease.lease);
         audits_.forget(session.instance(), lease.lease);

@@ -24,8 +24,8 @@ WorkerCore::WorkerCore(const WorkerIdentity& identity) : identity_(identity), sl
 
 Effects WorkerCore::settle_and_take(double now_s) {
     for (std::size_t i = 0; i < slots_.size(); ++i) feed(i, now_s);
+    pull();  // first, so that one that ends is not given its own leases again
     send_returns();
-    pull();
     finish_if_drained(now_s);
     return std::exchange(effects_, {});
 }
