@@ -44,6 +44,8 @@ public:
 
     /// True when what came since the last snapshot takes longer to read again than a snapshot would.
     bool snapshot_pays() const;
+    /// True when results came since the last snapshot.
+    bool has_news() const { return kept_results_ > 0; }
     std::uint64_t next_result() const { return next_result_; }
     const std::optional<Digest>& snapshot() const { return snapshot_; }
     /// The snapshot of everything merged counts: the segments before go. Errors: failed.

@@ -168,8 +168,9 @@ Result<void> Storage::put(const JobRecord& record) {
 Result<void> Storage::store(const StoreSnapshot& effect) {
     if (broken_) return *broken_;
     const auto found = logs_.find(effect.job);
-    if (found == logs_.end() || !found->second.snapshot_pays()) return {};
+    if (found == logs_.end()) return {};
     JobLog& log = found->second;
+    if (!(effect.last ? log.has_news() : log.snapshot_pays())) return {};
     const auto file = watched(files_.put(log.solution(effect.effort).bytes));
     if (!file) return file.error();
     if (auto stored = watched(jobs_.checkpoint(effect.job, {*file, log.next_result()})); !stored) {
