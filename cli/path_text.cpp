@@ -21,7 +21,10 @@ std::string line(const char* format, Values... values) {
     return buffer.data();
 }
 
-std::string vector_text(Vec3d vector) { return line("(%.6g, %.6g, %.6g)", vector.x, vector.y, vector.z); }
+std::string place_text(Vec3d at) { return line("  at %10.5g %10.5g %10.5g m", at.x, at.y, at.z); }
+std::string way_text(Vec3d along, std::int64_t energy) {
+    return line("  along %7.4f %7.4f %7.4f  %6lld ticks", along.x, along.y, along.z, static_cast<long long>(energy));
+}
 json::array vector_document(Vec3d vector) { return {vector.x, vector.y, vector.z}; }
 
 const char* fate_text(HitFate fate) {
@@ -38,10 +41,9 @@ const char* fate_text(HitFate fate) {
 const char* side_text(const HitRecord& record) { return record.side() == 0 ? "front" : "back"; }
 
 std::string hit_text(const Scene& scene, const PathHit& hit) {
-    std::string text = line("  %3u  ", hit.record.bounce()) + scene.surfaces[hit.surface].name +
-                       line(" (%s, triangle %u) at %s m along %s with %u ticks: %s", side_text(hit.record),
-                            hit.record.triangle, vector_text(position_of(scene, hit.record)).c_str(),
-                            vector_text(hit.direction).c_str(), hit.energy, fate_text(hit.fate));
+    std::string text = line("  hit %-4u", hit.record.bounce()) + place_text(position_of(scene, hit.record)) +
+                       way_text(hit.direction, hit.energy) + "  " + scene.surfaces[hit.surface].name +
+                       line(" (%s, triangle %u): %s", side_text(hit.record), hit.record.triangle, fate_text(hit.fate));
     const bool goes_on = hit.fate == HitFate::reflected || hit.fate == HitFate::transmitted;
     if (goes_on && hit.absorbed != 0) text += line(", %lld absorbed", static_cast<long long>(hit.absorbed));
     if (goes_on && hit.cut_off < 0) text += line(", %lld gained by roulette", static_cast<long long>(-hit.cut_off));
@@ -75,11 +77,11 @@ json::object hit_document(const Scene& scene, const PathHit& hit) {
 }  // namespace
 
 std::string path_text(const Scene& scene, const TracedPath& path) {
-    std::string text = line("particle %llu: %.2f nm, %u ticks, from %s m along %s\n",
-                            static_cast<unsigned long long>(path.particle), wavelength_nm(path.wavelength), path.energy,
-                            vector_text(path.position).c_str(), vector_text(path.direction).c_str());
+    std::string text = line("particle %llu: %.2f nm\n", static_cast<unsigned long long>(path.particle),
+                            wavelength_nm(path.wavelength));
+    text += "  start   " + place_text(path.position) + way_text(path.direction, path.energy) + "\n";
     for (const PathHit& hit : path.hits) text += hit_text(scene, hit);
-    if (path.escaped) text += line("       escapes along %s\n", vector_text(*path.escaped).c_str());
+    if (path.escaped) text += line("  %-47s", "escapes") + way_text(*path.escaped, path.balance.escaped) + "\n";
     return text;
 }
 

@@ -10,7 +10,7 @@
 /// Paths for people and for programs.
 namespace lumenfarm {
 
-/// A line for the start, one for each hit and one for an escape.
+/// A title, a line for the start, one for each hit and one for an escape.
 std::string path_text(const Scene& scene, const TracedPath& path);
 
 boost::json::object path_document(const Scene& scene, const TracedPath& path);

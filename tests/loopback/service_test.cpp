@@ -14,6 +14,17 @@ protected:
                              "records", "--master", address_}),
                   "1\n");
     }
+    /// A master with a job, whose disk calls are tampered with as strace's `fault` says.
+    void start_master_with_job_and(const std::string& fault) {
+        start_master();
+        submit("4G");
+        kill_master();
+        const std::string call = fault.substr(0, fault.find(':'));
+        launch_master({}, {"strace", "-D", "-f", "-o", "/dev/null", "-e", "trace=" + call, "-e", "inject=" + fault},
+                      of_master_.environment());
+        ASSERT_TRUE(master_listens()) << master_->err();
+    }
+
     NotifySocket of_master_{path("notify-master")};
 };
 
@@ -50,13 +61,8 @@ TEST_F(FarmUnderSystemd, DaemonsSayThatTheyAreReadyWhatTheyDoAndThatTheyEnd) {
 
 TEST_F(FarmUnderSystemd, ADiskThatHangsStopsThePingsThoughTheMasterStillAnswers) {
     if (!can_inject()) GTEST_SKIP() << "strace can't be used here";
-    launch_master({},
-                  {"strace", "-D", "-f", "-o", "/dev/null", "-e", "trace=fdatasync", "-e",
-                   "inject=fdatasync:delay_enter=3600000000:when=20+"},
-                  of_master_.environment());
-    ASSERT_TRUE(master_listens()) << master_->err();
+    start_master_with_job_and("fdatasync:delay_enter=1000000000:when=20+");
     const auto worker = start_worker("only");
-    submit("4G");
     ASSERT_TRUE(of_master_.listen_until([&] { return of_master_.said("the disk does not answer"); }));
     EXPECT_TRUE(of_master_.has("WATCHDOG=1")) << "before that";
     of_master_.forget();
@@ -80,13 +86,8 @@ TEST_F(FarmUnderSystemd, ADiskThatHangsStopsThePingsThoughTheMasterStillAnswers)
 
 TEST_F(FarmUnderSystemd, ADiskThatIsSlowIsWaitedFor) {
     if (!can_inject()) GTEST_SKIP() << "strace can't be used here";
-    launch_master({},
-                  {"strace", "-D", "-f", "-o", "/dev/null", "-e", "trace=fdatasync", "-e",
-                   "inject=fdatasync:delay_enter=1000000:when=20"},
-                  of_master_.environment());
-    ASSERT_TRUE(master_listens()) << master_->err();
+    start_master_with_job_and("fdatasync:delay_enter=2000000:when=20");
     const auto worker = start_worker("only");
-    submit("4G");
     ASSERT_TRUE(of_master_.listen_until([&] { return of_master_.said("the disk does not answer"); }));
     of_master_.forget();
     EXPECT_TRUE(of_master_.listen_until([&] { return of_master_.has("WATCHDOG=1"); }));
