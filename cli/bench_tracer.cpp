@@ -1,7 +1,7 @@
 #include "cli/bench_tracer.h"
 
 #include "common/support/ensure.h"
-#include "common/transport/ray_query.h"
+#include "common/transport/ray_log.h"
 #include "common/transport/tracer.h"
 
 #include <time.h>

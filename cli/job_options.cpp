@@ -11,22 +11,11 @@ constexpr const char* group = "Job options";
 void declare_result_options(CLI::App& app, JobSpec& spec) {
     count_option(app, "--particles", spec.particles, "Particles of all lights together: more of them, less noise")
         ->group(group);
-    count_option(app, "--seed", spec.seed, "Another seed gives other noise")->group(group);
     real_option(app, "--texel", spec.texel_m,
                 "Edge of a texel of the light maps; 0 chooses 1/64 of the scene's diagonal")
         ->type_name("METRES")
         ->group(group);
     count_option(app, "--keep-hits", spec.keep_hits, "Hits to keep, for sharper pictures and measurements")
-        ->group(group);
-    choice_option<Absorption>(app, "--absorption", spec.absorption,
-                              {{"analog", Absorption::analog}, {"attenuate", Absorption::attenuate}},
-                              "Surfaces absorb whole particles, or a part of each particle's energy")
-        ->group(group);
-    real_option(app, "--cutoff", spec.cutoff, "With attenuate: the fraction of its energy at which a path is ended")
-        ->group(group);
-    choice_option<CutoffRule>(app, "--cutoff-rule", spec.cutoff_rule,
-                              {{"roulette", CutoffRule::roulette}, {"plain", CutoffRule::plain}},
-                              "With attenuate: end such paths by chance (exact on average) or always")
         ->group(group);
 }
 
@@ -60,8 +49,23 @@ void declare_way_options(CLI::App& app, JobSpec& spec) {
 
 }  // namespace
 
+void declare_path_options(CLI::App& app, JobSpec& spec) {
+    count_option(app, "--seed", spec.seed, "Another seed gives other noise")->group(group);
+    choice_option<Absorption>(app, "--absorption", spec.absorption,
+                              {{"analog", Absorption::analog}, {"attenuate", Absorption::attenuate}},
+                              "Surfaces absorb whole particles, or a part of each particle's energy")
+        ->group(group);
+    real_option(app, "--cutoff", spec.cutoff, "With attenuate: the fraction of its energy at which a path is ended")
+        ->group(group);
+    choice_option<CutoffRule>(app, "--cutoff-rule", spec.cutoff_rule,
+                              {{"roulette", CutoffRule::roulette}, {"plain", CutoffRule::plain}},
+                              "With attenuate: end such paths by chance (exact on average) or always")
+        ->group(group);
+}
+
 void declare_job_options(CLI::App& app, JobSpec& spec) {
     declare_result_options(app, spec);
+    declare_path_options(app, spec);
     declare_way_options(app, spec);
 }
 

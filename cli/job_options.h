@@ -9,4 +9,7 @@ namespace lumenfarm {
 /// The job options of design section 14, for `run` and `submit`. Ranges are checked by validate(spec) afterwards.
 void declare_job_options(CLI::App& app, JobSpec& spec);
 
+/// Those of them that the path of a particle depends on.
+void declare_path_options(CLI::App& app, JobSpec& spec);
+
 }  // namespace lumenfarm

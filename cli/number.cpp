@@ -87,6 +87,15 @@ Result<Vec3d> parse_vector(std::string_view text) {
     return Vec3d{xyz[0], xyz[1], xyz[2]};
 }
 
+Result<CountRange> parse_range(std::string_view text) {
+    const auto dots = text.find("..");
+    const auto first = parse_count(text.substr(0, dots));
+    const auto last = dots == std::string_view::npos ? first : parse_count(text.substr(dots + 2));
+    if (!first || !last) return bad_input(quoted(text) + " is not a range A..B of whole numbers");
+    if (*last < *first) return bad_input(quoted(text) + " ends before it begins");
+    return CountRange{*first, *last};
+}
+
 std::string short_count(double count) {
     std::array<char, 32> buffer{};
     const auto print = [&](const char* format, double value) {

@@ -23,6 +23,13 @@ Result<double> parse_real(std::string_view text);
 /// Three finite numbers with commas between: "1.5,0,-2". Errors: bad_input.
 Result<Vec3d> parse_vector(std::string_view text);
 
+struct CountRange {
+    std::uint64_t first = 0;
+    std::uint64_t last = 0;  ///< not before first
+};
+/// "A..B", both included, or "A" alone. Errors: bad_input.
+Result<CountRange> parse_range(std::string_view text);
+
 /// For people: 950, 12.3k, 1.21M, 4.00G.
 std::string short_count(double count);
 

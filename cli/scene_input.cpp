@@ -23,8 +23,8 @@ bool is_compiled(const SceneOptions& options) { return std::filesystem::path(opt
 
 Result<CompiledScene> read_compiled(const SceneOptions& options) {
     if (options.import.default_light || options.import.ke_scale != 1 || options.import.scale != 1)
-        return about(options,
-                     bad_input("--light, --ke-scale and --scale act on import; this scene is compiled already"));
+        return about(options, bad_input(options.ceiling_light +
+                                        ", --ke-scale and --scale act on import; this scene is compiled already"));
     auto bytes = read_file(options.file, limits::scene_bytes_max);
     if (!bytes) return bytes.error();
     auto scene = decode_scene(*bytes);
@@ -46,7 +46,8 @@ void declare_scene_options(CLI::App& app, SceneOptions& options) {
     app.add_option("SCENE", options.file, "glTF, GLB, OBJ or another scene file, or a compiled scene (.lfscene)")
         ->type_name("")
         ->required();
-    flag_option(app, "--light", options.import.default_light, "Add a square ceiling light, for scenes that have none")
+    flag_option(app, options.ceiling_light, options.import.default_light,
+                "Add a square ceiling light, for scenes that have none")
         ->group(group);
     real_option(app, "--ke-scale", options.import.ke_scale, "OBJ: luminance in cd/m2 that 'Ke 1 1 1' stands for")
         ->group(group);

@@ -17,6 +17,7 @@ namespace lumenfarm {
 struct SceneOptions {
     std::string file;
     ImportOptions import;
+    std::string ceiling_light = "--light";  ///< the name of the flag that adds one
 };
 void declare_scene_options(CLI::App& app, SceneOptions& options);
 

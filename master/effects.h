@@ -85,6 +85,7 @@ struct StoreLeases {
 struct StoreSnapshot {
     JobId job = 0;
     JobEffort effort;
+    bool last = false;  ///< of this life: however little has come since the one before
 };
 
 /// Write the record. Answer: on_record_stored.

@@ -42,10 +42,10 @@ public:
     };
     Encoded solution(const JobEffort& effort);
 
-    /// True when results came since the last snapshot.
-    bool has_unsaved() const { return kept_results_ > 0; }
     /// True when what came since the last snapshot takes longer to read again than a snapshot would.
     bool snapshot_pays() const;
+    /// True when results came since the last snapshot.
+    bool has_news() const { return kept_results_ > 0; }
     std::uint64_t next_result() const { return next_result_; }
     const std::optional<Digest>& snapshot() const { return snapshot_; }
     /// Whether each result stays on the disk until the job is over, to be retracted if need be.

@@ -1,13 +1,16 @@
+#include "common/service/attendant.h"
 #include "master/master_server.h"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include <csignal>
+#include <chrono>
+#include <cstdlib>
 #include <cstring>
+#include <future>
 #include <iostream>
-#include <memory>
+#include <optional>
 #include <string>
 
 /// lumenfarm-master: a MasterServer that ends on SIGTERM or SIGINT.
@@ -57,14 +60,25 @@ void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
         ->capture_default_str();
 }
 
-/// To be called before any thread starts: they all inherit the mask, and wait_for_signal() takes what comes.
-sigset_t block_signals() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    return signals;
+/// Everything that was acknowledged is on the disk: an end at any instant loses none of it.
+[[noreturn]] void end_at_once(int signal) {
+    spdlog::warn("{} again: the master ends at once", strsignal(signal));
+    std::_Exit(0);
+}
+
+/// Serves until a signal comes or the disk fails. Gives the exit code.
+int serve(lumenfarm::MasterServer& master, const lumenfarm::EndSignals& signals) {
+    lumenfarm::Attendant attendant(signals, master.threads(), [&master] { return master.summary(); });
+    attendant.ready();
+    std::optional<int> signal;
+    while (!signal && !master.failure()) signal = attendant.look();
+    attendant.stopping();
+    if (signal) spdlog::info("{}: the master ends; unfinished jobs go on when it starts again", strsignal(*signal));
+    const auto stopped = std::async(std::launch::async, [&master] { master.stop(); });
+    while (stopped.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        if (const auto again = attendant.look()) end_at_once(*again);
+    const auto failure = master.failure();
+    return failure ? lumenfarm::exit_code(*failure) : 0;
 }
 
 }  // namespace
@@ -81,21 +95,12 @@ int main(int argc, char** argv) {
         return exit_usage;
     }
     spdlog::set_default_logger(spdlog::stderr_color_mt("lumenfarm-master"));
-    const sigset_t signals = block_signals();
+    const lumenfarm::EndSignals signals;
     const auto master = lumenfarm::MasterServer::start(options);
     if (!master) {
         std::cerr << "lumenfarm-master: " << master.error().sentence << "\n";
         return lumenfarm::exit_code(master.error());
     }
     spdlog::info("listening on {}, storage '{}'", (*master)->address(), options.storage.string());
-    int signal = -1;
-    constexpr timespec look_interval{0, 200'000'000};
-    while (signal < 0 && !(*master)->failure()) signal = sigtimedwait(&signals, nullptr, &look_interval);
-    if (const auto failure = (*master)->failure()) {
-        (*master)->stop();
-        return lumenfarm::exit_code(*failure);
-    }
-    spdlog::info("{}: the master ends; unfinished jobs go on when it starts again", strsignal(signal));
-    (*master)->stop();
-    return 0;
+    return serve(**master, signals);
 }

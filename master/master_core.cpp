@@ -10,6 +10,8 @@ Effects MasterCore::settle_and_take(double now_s) {
     if (!stopping_) {
         give_work(now_s);
         prepare_next(now_s);
+    } else {
+        stop_when_answered(now_s);
     }
     for (auto& [id, job] : jobs_) retract_if_quiet(job);
     collect_ended_leases();
@@ -25,7 +27,7 @@ Effects MasterCore::on_connect(SessionId session, const std::string& address, do
     fresh.id = session;
     fresh.address = address;
     fresh.connected_s = fresh.heard_s = now_s;
-    const bool full = sessions_.size() >= limits::sessions_max || stopping_;
+    const bool full = sessions_.size() >= limits::sessions_max;
     ensure(sessions_.emplace(session, std::move(fresh)).second, "a session connects once");
     if (full)
         send_off(session, wire::GoodbyeReason::farm_full, Discard::farm_full, "this master has no room for more",
@@ -34,6 +36,7 @@ Effects MasterCore::on_connect(SessionId session, const std::string& address, do
 }
 
 Effects MasterCore::on_message(SessionId session, wire::Message message, std::uint64_t request_id, double now_s) {
+    if (stopping_) return settle_and_take(now_s);
     if (session == embedding_session) {
         Session embedding;
         embedding.role = Submitter{};
@@ -66,17 +69,6 @@ Effects MasterCore::tick(double now_s) {
     remove_old_jobs(now_s);
     give_twins(now_s);
     return settle_and_take(now_s);
-}
-
-Effects MasterCore::stop(double now_s) {
-    stopping_ = true;
-    while (!sessions_.empty()) {
-        const SessionId session = sessions_.begin()->first;
-        send(session, wire::Goodbye(wire::GoodbyeReason::shutting_down, "the master ends"));
-        effects_.push_back(Close{session});
-        forget(session, now_s);
-    }
-    return std::exchange(effects_, {});
 }
 
 }  // namespace lumenfarm

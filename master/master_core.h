@@ -69,8 +69,11 @@ public:
     Effects on_disconnect(SessionId session, double now_s);
     /// REQUIRES: called at least once a second.
     Effects tick(double now_s);
-    /// No more leases; sessions get a Goodbye. The next life goes on with unfinished jobs.
-    Effects stop(double now_s);
+    /// No more leases, and nothing new is taken. What is on its way to the disk is waited for and answered, at most
+    /// `wait_s`; then each job is to be kept in a snapshot, and sessions get a Goodbye (stopped()). The next life goes
+    /// on with unfinished jobs. Called again it waits no longer than that call says.
+    Effects stop(double now_s, double wait_s = limits::stop_seconds);
+    bool stopped() const { return stopped_; }
 
     /// `missing`: chunks that have to be uploaded first; empty when the record was stored. An error refuses the job.
     Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
@@ -93,6 +96,8 @@ public:
     std::optional<wire::JobStatus> status(JobId job, double now_s) const;
     std::vector<wire::WorkerStatus> workers(double now_s) const;
     const JobRecord* record(JobId job) const;
+    /// What the master does now, in one line for people.
+    std::string summary(double now_s) const;
     std::uint64_t discarded(Discard reason) const { return discarded_[static_cast<std::size_t>(reason)]; }
     std::size_t staged_bytes() const { return staged_bytes_; }
 
@@ -153,6 +158,7 @@ private:
     void welcome_worker(Session& session, double now_s);
     void send_off(SessionId session, wire::GoodbyeReason reason, Discard count, std::string sentence, double now_s);
     void forget(SessionId session, double now_s);
+    void take_leases_back(const Session& session, double now_s);
     void extend_leases(const Session& session, double now_s);
     void dispatch(Session& session, wire::Message& message, std::uint64_t request_id, double now_s);
 
@@ -178,6 +184,10 @@ private:
     void send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
                     double now_s);
     std::uint64_t threads() const;
+
+    // the end (master_stop.cpp)
+    bool owes_answers() const;
+    void stop_when_answered(double now_s);
 
     // what is on its way to the disk (master_storing.cpp)
     void store(Session& session, Job& job, StagedResult result);
@@ -260,6 +270,8 @@ private:
     double retry_s_ = 0;                   ///< when what waits for space is tried again
     std::size_t staged_bytes_ = 0;
     bool stopping_ = false;
+    bool stopped_ = false;
+    double stop_by_s_ = 0;
     Audits audits_;
     std::set<WorkerId> liars_;
     std::set<std::string> liar_names_;  ///< of machines that are kept out

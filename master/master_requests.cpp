@@ -26,7 +26,7 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit su
     if (submit.spec.strategy != Strategy::sets)
         return refuse(session, request_id, RefusalReason::bad_request,
                       "strategy subspaces is not supported by this master");
-    if (stopping_ || jobs_.size() >= limits::jobs_max || admissions_.size() >= limits::admissions_max)
+    if (jobs_.size() >= limits::jobs_max || admissions_.size() >= limits::admissions_max)
         return refuse(session, request_id, RefusalReason::full, "this master takes no more jobs now");
     Admit admit;
     admit.session = session;
@@ -47,6 +47,7 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit su
 }
 
 void MasterCore::admit_next() {
+    if (stopping_) return admissions_.clear();
     for (; !admissions_.empty(); admissions_.pop_front()) {
         Admit& next = admissions_.front();
         // the same may have been asked for again while it was on its way

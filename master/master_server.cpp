@@ -75,6 +75,8 @@ MasterServer::~MasterServer() = default;
 std::uint16_t MasterServer::port() const { return running_->port(); }
 const std::string& MasterServer::address() const { return running_->address(); }
 void MasterServer::stop() { running_->stop(); }
+std::vector<ServingThread> MasterServer::threads() { return running_->threads(); }
+std::string MasterServer::summary() const { return running_->summary(); }
 std::optional<Error> MasterServer::failure() const { return running_->failure(); }
 
 Result<JobId> MasterServer::submit(const JobSpec& spec, std::span<const std::byte> scene_bytes) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/service/pulse.h"
 #include "common/support/result.h"
 #include "master/effects.h"
 #include "proto/messages.h"
@@ -68,8 +69,14 @@ public:
 
     /// Why the master can't go on, once that is so: its disk failed. It is to be stopped; the next life recovers.
     std::optional<Error> failure() const;
-    /// No more leases, a Goodbye to everyone, everything written. The next life goes on with unfinished jobs.
+    /// No more leases; results on their way are stored and answered, at most limits::stop_seconds; a Goodbye to
+    /// everyone; a snapshot of each running job, however long that takes. The next life goes on with unfinished jobs.
     void stop();
+
+    /// The threads that serve, also while it stops. REQUIRES: none is asked after this is gone.
+    std::vector<ServingThread> threads();
+    /// What the master does, in one line. Never waits.
+    std::string summary() const;
 
 private:
     class Running;

@@ -90,6 +90,7 @@ void MasterCore::dispatch(Session& session, wire::Message& message, std::uint64_
     std::visit(
         [&]<class M>(M& m) {
             if constexpr (std::is_same_v<M, wire::Goodbye>) {
+                if (m.reason == wire::GoodbyeReason::done) take_leases_back(session, now_s);
                 effects_.push_back(Close{session.id});
                 forget(session.id, now_s);
             } else if constexpr (std::is_same_v<M, wire::Hello>) {
@@ -121,6 +122,20 @@ void MasterCore::extend_leases(const Session& session, double now_s) {
     if (!session.worker()) return;
     for (auto& [id, job] : jobs_)
         if (job.active) job.active->ledger().extend(session.instance(), now_s + limits::lease_seconds);
+}
+
+/// A worker that ends does not come back for what it has.
+void MasterCore::take_leases_back(const Session& session, double now_s) {
+    if (!session.worker()) return;
+    for (auto& [id, job] : jobs_) {
+        if (!job.active) continue;
+        Ledger& ledger = job.active->ledger();
+        const std::vector<LeaseId> leases = ledger.leases_of(session.instance());
+        for (const LeaseId lease : leases) ledger.release(lease);
+        job.record.status.leases_returned += leases.size();
+        count(Discard::lease_returned, leases.size());
+        end_if_finished(job, now_s);
+    }
 }
 
 std::vector<wire::WorkerStatus> MasterCore::workers(double now_s) const {

@@ -1,3 +1,4 @@
+#include "common/support/counted.h"
 #include "master/master_core.h"
 
 #include <algorithm>
@@ -8,10 +9,6 @@ namespace lumenfarm {
 
 namespace {
 
-std::string count_of(std::uint64_t count, const std::string& one) {
-    return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
-}
-
 std::string name_of(JobId job) { return "job " + std::to_string(job); }
 
 /// Empty when nothing was set aside.
@@ -21,8 +18,8 @@ std::string set_aside_text(const wire::JobStatus& status) {
     const std::string light = std::to_string(range.light);
     const std::string particles = std::to_string(range.first) + ".." + std::to_string(range.first + range.count - 1);
     const std::size_t more = status.set_aside.size() - 1;
-    return count_of(limits::losses_max, "worker") + " died of particles " + particles + " of light " + light +
-           (more > 0 ? " (and as many of " + count_of(more, "other range") + ")" : "") + ", which are set aside; `" +
+    return counted(limits::losses_max, "worker") + " died of particles " + particles + " of light " + light +
+           (more > 0 ? " (and as many of " + counted(more, "other range") + ")" : "") + ", which are set aside; `" +
            "lumenfarm trace SCENE --light " + light + " --particles " + particles + "` traces them";
 }
 
@@ -42,7 +39,7 @@ std::string MasterCore::why(const Job& job, double now_s) const {
         case Phase::over:
         case Phase::removing: return name + " is over";
     }
-    return name + " waits for the results that " + count_of(job.active->ledger().workers(), "worker") +
+    return name + " waits for the results that " + counted(job.active->ledger().workers(), "worker") +
            " still have, at most " + std::to_string(static_cast<int>(std::ceil(std::max(0.0, job.end_by_s - now_s)))) +
            " s longer; it gets no more sets";
 }
@@ -79,27 +76,27 @@ std::string MasterCore::why_running(const Job& job, double now_s) const {
     if (connected == 0 && ledger.outstanding() == 0) return name + " waits for a worker: none is connected";
     if (connected == 0)
         return name + " waits for workers to come back: none is connected, and " +
-               count_of(ledger.outstanding(), "lease") + " are kept for them for a while";
+               counted(ledger.outstanding(), "lease") + " are kept for them for a while";
     if (unable == connected)
-        return name + " waits for another worker: " + count_of(unable, "worker") +
+        return name + " waits for another worker: " + counted(unable, "worker") +
                " that are connected could not load its scene (see their logs)";
     if (ledger.unleased() > 0 && ledger.outstanding() == 0)
-        return name + " waits for its turn among the jobs that share " + count_of(connected, "worker");
+        return name + " waits for its turn among the jobs that share " + counted(connected, "worker");
     if (job.retraction)
-        return name + " has lost what " + count_of(job.retraction->workers.size(), "worker") +
+        return name + " has lost what " + counted(job.retraction->workers.size(), "worker") +
                " had traced: others contradicted it; that is traced again";
     if (ledger.complete())
-        return name + " waits for " + count_of(audits_.pending(job.record.id()), "audit") + " to end" +
+        return name + " waits for " + counted(audits_.pending(job.record.id()), "audit") + " to end" +
                (audits_.disputed(job.record.id()) > 0
                     ? "; two workers contradict each other, and a third has to be there to decide"
                     : "");
     if (!ledger.lost().set_aside().empty())
         return name + " goes on without some particles: " + set_aside_text(counts_of(job, now_s));
     if (ledger.unleased() > 0)
-        return name + " is being traced by " + count_of(ledger.workers(), "worker") + "; nothing holds it up";
+        return name + " is being traced by " + counted(ledger.workers(), "worker") + "; nothing holds it up";
     const std::uint64_t owed = ledger.particles() - ledger.committed_particles();
     return name + " waits for its last " + std::to_string(owed) + " particles, which are with " +
-           count_of(ledger.workers(), "worker");
+           counted(ledger.workers(), "worker");
 }
 
 }  // namespace lumenfarm

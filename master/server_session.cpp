@@ -56,10 +56,10 @@ void MasterServer::Running::stop() {
     if (!thread_.joinable()) return;
     asio::post(io_, [this] {
         stopping_ = true;
-        end_by_s_ = now_s() + limits::goodbye_seconds;
         listener_.reset();
-        carry_out(core_.stop(now_s()));
-        end_if_alone();
+        carry_out(core_.stop(now_s(), failure() ? 0 : limits::stop_seconds));
+        commit(true);
+        end_if_done();
     });
     thread_.join();
     storage_thread_.join();
@@ -69,18 +69,38 @@ void MasterServer::Running::stop() {
     replies_.clear();
 }
 
-void MasterServer::Running::end_if_alone() {
-    if (stopping_ && (peers_.empty() || now_s() >= end_by_s_)) io_.stop();
+/// The loop goes on until the disk has what it was asked to keep.
+void MasterServer::Running::end_if_done() {
+    if (!stopping_ || !core_.stopped()) return;
+    if (!end_by_s_) end_by_s_ = now_s() + limits::goodbye_seconds;
+    if (slow_works_ == 0 && (peers_.empty() || now_s() >= *end_by_s_)) io_.stop();
 }
 
 void MasterServer::Running::tick() {
     carry_out(core_.tick(now_s()));
     commit(true);
-    end_if_alone();
+    end_if_done();
+    {
+        std::string line = core_.summary(now_s());
+        const std::lock_guard lock(changed_mutex_);
+        summary_ = std::move(line);
+    }
     timer_.expires_after(tick_interval);
     timer_.async_wait([this](const boost::system::error_code& error) {
         if (!error) tick();
     });
+}
+
+std::string MasterServer::Running::summary() const {
+    const std::lock_guard lock(changed_mutex_);
+    return summary_;
+}
+
+std::vector<ServingThread> MasterServer::Running::threads() {
+    const auto in_turn = [](auto& thread) {
+        return [&thread](ServingThread::Answer answer) { asio::post(thread, std::move(answer)); };
+    };
+    return {{"the loop", in_turn(io_), 0}, {"the disk", in_turn(storage_thread_), limits::busy_seconds_max}};
 }
 
 void MasterServer::Running::wait_for_change(double seconds) {
@@ -119,8 +139,9 @@ void MasterServer::Running::on_close(net::Connection& connection, const net::Clo
     const SessionId session = peer->second.session;
     if (session != 0) let_go(session);
     peers_.erase(peer);
+    if (session != 0 && closed.goodbye) carry_out(core_.on_message(session, *closed.goodbye, 0, now_s()));
     if (session != 0) carry_out(core_.on_disconnect(session, now_s()));
-    end_if_alone();
+    end_if_done();
 }
 
 MasterServer::Running::Peer* MasterServer::Running::peer_of(SessionId session) {
@@ -174,10 +195,15 @@ void MasterServer::Running::carry_out(Close close) {
 
 template <class Work, class Then>
 void MasterServer::Running::slowly(Work work, Then then) {
+    ++slow_works_;
     asio::post(storage_thread_, [this, work = std::move(work), then = std::move(then)]() mutable {
         auto result = work();
-        asio::post(io_, [this, then = std::move(then), result = std::move(result),
-                         broken = storage_->broken()]() mutable { broken ? fail(*broken) : then(std::move(result)); });
+        asio::post(io_,
+                   [this, then = std::move(then), result = std::move(result), broken = storage_->broken()]() mutable {
+                       --slow_works_;
+                       broken ? fail(*broken) : then(std::move(result));
+                       end_if_done();
+                   });
     });
 }
 
@@ -186,9 +212,12 @@ void MasterServer::Running::fail(const Error& error) {
     replies_.clear();
     if (failure()) return;
     spdlog::critical("{}; the master ends, and recovers from its disk when it starts again", error.sentence);
-    const std::lock_guard lock(changed_mutex_);
-    failure_ = error;
+    {
+        const std::lock_guard lock(changed_mutex_);
+        failure_ = error;
+    }
     changed_.notify_all();
+    if (stopping_) carry_out(core_.stop(now_s(), 0));
 }
 
 std::optional<Error> MasterServer::Running::failure() const {
@@ -268,8 +297,9 @@ void MasterServer::Running::commit(bool leases_too) {
 
 void MasterServer::Running::carry_out(StoreSnapshot store) {
     slowly([this, store] { return storage_->store(store); },
-           [job = store.job](const Result<void>& stored) {
+           [job = store.job, last = store.last](const Result<void>& stored) {
                if (!stored) spdlog::warn("no snapshot of job {}: {}", job, stored.error().sentence);
+               if (stored && last) spdlog::info("a snapshot of job {} is kept", job);
            });
 }
 

@@ -2,6 +2,7 @@
 
 #include "common/net/connection.h"
 #include "common/net/listener.h"
+#include "common/service/pulse.h"
 #include "master/disk/storage_lock.h"
 #include "master/master_core.h"
 #include "master/master_server.h"
@@ -20,8 +21,10 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace lumenfarm {
 
@@ -35,6 +38,8 @@ public:
     /// Takes the records over and starts the threads.
     void run(std::vector<JobRecord> records);
     void stop();
+    std::vector<ServingThread> threads();
+    std::string summary() const;
 
     /// Runs `task` on the master's thread and gives what it returns. REQUIRES: not stopped (then: nothing).
     template <class Task>
@@ -92,7 +97,7 @@ private:
     void begin_slow_request(SessionId session);
     void end_slow_request(SessionId session);
     void tick();
-    void end_if_alone();
+    void end_if_done();
     void fail(const Error& error);
 
     boost::asio::io_context io_{1};
@@ -121,8 +126,10 @@ private:
     std::optional<Error> failure_;
     std::condition_variable changed_;
     std::uint64_t changes_ = 0;
+    std::string summary_;
     bool stopping_ = false;
-    double end_by_s_ = 0;
+    std::size_t slow_works_ = 0;      ///< that the storage has not finished
+    std::optional<double> end_by_s_;  ///< for the goodbyes to leave, once they are said
     std::thread thread_;
 };
 

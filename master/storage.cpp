@@ -173,8 +173,10 @@ Result<void> Storage::finish(const JobRecord& record) {
 Result<void> Storage::store(const StoreSnapshot& effect) {
     if (broken_) return *broken_;
     const auto found = logs_.find(effect.job);
-    if (found == logs_.end() || !found->second.snapshot_pays()) return {};
-    return snapshot(found->second, effect.job, effect.effort);
+    if (found == logs_.end()) return {};
+    JobLog& log = found->second;
+    if (!(effect.last ? log.has_news() : log.snapshot_pays())) return {};
+    return snapshot(log, effect.job, effect.effort);
 }
 
 Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort) {
@@ -194,7 +196,7 @@ Result<void> Storage::put_aside(const PutAside& aside) {
     if (broken_) return *broken_;
     const auto found = logs_.find(aside.job);
     ensure(found != logs_.end(), "a job that is put aside has run");
-    const auto kept = found->second.has_unsaved() ? snapshot(found->second, aside.job, aside.effort) : Result<void>();
+    const auto kept = found->second.has_news() ? snapshot(found->second, aside.job, aside.effort) : Result<void>();
     if (!kept && kept.error().code != ErrorCode::no_space) return kept;
     logs_.erase(found);
     return {};

@@ -21,7 +21,7 @@ WorkerClient::Running::Running(const WorkerOptions& options, const net::HostPort
       isa_(options.isa),
       random_(identity.instance),
       cache_(options.cache.empty() ? worker::default_cache_folder() : options.cache, options.cache_bytes_max),
-      core_(identity) {
+      core_(identity, options.drain_seconds) {
     for (std::uint32_t i = 0; i < identity.threads; ++i)
         slots_.push_back(std::make_unique<worker::SlotThread>(options.idle_priority, [this, i](SlotReport report) {
             auto shared = std::make_shared<SlotReport>(std::move(report));
@@ -31,7 +31,14 @@ WorkerClient::Running::Running(const WorkerOptions& options, const net::HostPort
         connect();
         tick();
     });
-    thread_ = std::thread([this] { io_.run(); });
+    thread_ = std::thread([this] {
+        io_.run();
+        {
+            const std::lock_guard lock(mutex_);
+            ended_ = true;
+        }
+        ended_changed_.notify_all();
+    });
 }
 
 WorkerClient::Running::~Running() {
@@ -50,30 +57,56 @@ void WorkerClient::Running::drain() {
     asio::post(io_, [this] { carry_out(core_.drain(now_s())); });
 }
 
+void WorkerClient::Running::end_now() {
+    asio::post(io_, [this] { carry_out(core_.end_now(now_s())); });
+}
+
 Result<void> WorkerClient::Running::wait() {
-    std::unique_lock lock(ended_mutex_);
+    std::unique_lock lock(mutex_);
     ended_changed_.wait(lock, [this] { return ended_; });
     if (error_) return *error_;
     return {};
 }
 
+bool WorkerClient::Running::ended() const {
+    const std::lock_guard lock(mutex_);
+    return ended_;
+}
+
+std::string WorkerClient::Running::summary() const {
+    const std::lock_guard lock(mutex_);
+    return summary_;
+}
+
+std::vector<ServingThread> WorkerClient::Running::threads() {
+    const auto in_turn = [](auto& thread) {
+        return [&thread](ServingThread::Answer answer) { asio::post(thread, std::move(answer)); };
+    };
+    std::vector<ServingThread> all{{"the loop", in_turn(io_), 0},
+                                   {"the scene's thread", in_turn(scene_thread_), limits::busy_seconds_max}};
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+        all.push_back({"tracing thread " + std::to_string(i + 1),
+                       [&slot = *slots_[i]](ServingThread::Answer answer) { slot.ask(std::move(answer)); },
+                       limits::busy_seconds_max});
+    return all;
+}
+
 /// The threads may still be tracing their last slice; nobody waits for what they find.
 void WorkerClient::Running::end(std::optional<Error> error) {
+    if (std::exchange(ending_, true)) return;
     connected_ = false;
     connector_.reset();
     tick_timer_.cancel();
     retry_timer_.cancel();
+    {
+        const std::lock_guard lock(mutex_);
+        error_ = std::move(error);
+    }
     if (connection_ && connection_->open()) {
         connection_->finish(wire::Goodbye(wire::GoodbyeReason::done, "the worker ends"));
     } else {
         io_.stop();
     }
-    {
-        const std::lock_guard lock(ended_mutex_);
-        if (!ended_) error_ = std::move(error);
-        ended_ = true;
-    }
-    ended_changed_.notify_all();
 }
 
 void WorkerClient::Running::connect() {
@@ -99,15 +132,21 @@ void WorkerClient::Running::connect_later() {
     retry_timer_.expires_after(
         std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(delay_s)));
     retry_timer_.async_wait([this](const boost::system::error_code& error) {
-        if (!error && !ended_) connect();
+        if (!error && !ending_) connect();
     });
 }
 
 void WorkerClient::Running::tick() {
     carry_out(core_.tick(now_s()));
+    {
+        std::string line = connected_ ? "connected to " : "waits for the master at ";
+        line += master_.text() + "; " + core_.summary();
+        const std::lock_guard lock(mutex_);
+        summary_ = std::move(line);
+    }
     tick_timer_.expires_after(tick_interval);
     tick_timer_.async_wait([this](const boost::system::error_code& error) {
-        if (!error && !ended_) tick();
+        if (!error && !ending_) tick();
     });
 }
 
@@ -128,10 +167,10 @@ void WorkerClient::Running::on_message(net::Connection& connection, wire::Envelo
 void WorkerClient::Running::on_close(net::Connection&, const net::Closed& closed) {
     connection_.reset();
     connected_ = false;
-    if (ended_) return io_.stop();
+    if (ending_) return io_.stop();
     spdlog::warn("the master is gone: {}", closed.sentence);
     carry_out(core_.on_disconnect(closed.goodbye, now_s()));
-    if (ended_) return;
+    if (ending_) return;
     connect_later();
 }
 

@@ -33,7 +33,11 @@ public:
     ~Running() override;
 
     void drain();
+    void end_now();
     Result<void> wait();
+    bool ended() const;
+    std::vector<ServingThread> threads();
+    std::string summary() const;
     bool connected() const { return connected_; }
     std::uint64_t particles_merged() const { return merged_; }
 
@@ -84,10 +88,12 @@ private:
 
     std::atomic<bool> connected_ = false;
     std::atomic<std::uint64_t> merged_ = 0;
-    std::mutex ended_mutex_;
+    bool ending_ = false;       ///< the loop's thread only
+    mutable std::mutex mutex_;  ///< for the following
     std::condition_variable ended_changed_;
     bool ended_ = false;
     std::optional<Error> error_;
+    std::string summary_;
     std::vector<std::unique_ptr<worker::SlotThread>> slots_;
     std::thread thread_;
 };

@@ -53,7 +53,7 @@ struct PrepareJob {
     std::shared_ptr<const std::vector<std::byte>> scene_bytes;
 };
 
-/// Say Goodbye and end: nothing is left to do.
+/// Say Goodbye and end. The master takes back what leases are left.
 struct Finished {};
 /// Say so and end: the master does not want this worker.
 struct GiveUp {

@@ -1,13 +1,13 @@
+#include "common/service/attendant.h"
 #include "worker/worker_client.h"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include <csignal>
+#include <cstdlib>
+#include <cstring>
 #include <iostream>
-#include <string>
-#include <thread>
 
 /// lumenfarm-worker: a WorkerClient that drains on SIGTERM or SIGINT.
 namespace {
@@ -37,30 +37,28 @@ void declare(CLI::App& app, lumenfarm::WorkerOptions& options) {
     app.add_flag("--idle-priority,!--normal-priority", options.idle_priority,
                  "trace only when nothing else wants the cores (the default)")
         ->envname("LUMENFARM_IDLE_PRIORITY");
+    app.add_option("--drain-seconds", options.drain_seconds,
+                   "most time from SIGTERM to the end, to hand over what is done [s]")
+        ->envname("LUMENFARM_DRAIN_SECONDS")
+        ->check(CLI::Range(0.0, lumenfarm::limits::drain_seconds_max))
+        ->capture_default_str();
 }
 
-/// To be called before any thread starts: they all inherit the mask.
-sigset_t block_signals() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    return signals;
-}
-
-/// Runs the worker until a signal drains it or the master refuses it.
-lumenfarm::Result<void> run(lumenfarm::WorkerClient& worker, const sigset_t& signals) {
-    std::thread listener([&] {
-        int signal = 0;
-        sigwait(&signals, &signal);
-        worker.drain();
-    });
-    auto ended = worker.wait();
-    // wakes the listener when no signal came
-    pthread_kill(listener.native_handle(), SIGTERM);
-    listener.join();
-    return ended;
+/// Serves until a signal drains it, a second one ends it, or the master refuses it.
+lumenfarm::Result<void> serve(lumenfarm::WorkerClient& worker, const lumenfarm::EndSignals& signals) {
+    lumenfarm::Attendant attendant(signals, worker.threads(), [&worker] { return worker.summary(); });
+    attendant.ready();
+    bool draining = false;
+    while (!worker.ended()) {
+        const auto signal = attendant.look();
+        if (!signal) continue;
+        spdlog::info("{}{}: the worker {}", strsignal(*signal), draining ? " again" : "",
+                     draining ? "ends at once, and its work goes to others" : "hands back its work and ends");
+        if (!draining) attendant.stopping();
+        draining ? worker.end_now() : worker.drain();
+        draining = true;
+    }
+    return worker.wait();
 }
 
 }  // namespace
@@ -77,16 +75,15 @@ int main(int argc, char** argv) {
         return exit_usage;
     }
     spdlog::set_default_logger(spdlog::stderr_color_mt("lumenfarm-worker"));
-    const sigset_t signals = block_signals();
+    const lumenfarm::EndSignals signals;
     const auto worker = lumenfarm::WorkerClient::start(options);
     if (!worker) {
         std::cerr << "lumenfarm-worker: " << worker.error().sentence << "\n";
         return lumenfarm::exit_code(worker.error());
     }
-    if (const auto ended = run(**worker, signals); !ended) {
-        std::cerr << "lumenfarm-worker: " << ended.error().sentence << "\n";
-        return lumenfarm::exit_code(ended.error());
-    }
-    spdlog::info("drained: {} particles were merged", (*worker)->particles_merged());
-    return 0;
+    const auto ended = serve(**worker, signals);
+    if (!ended) std::cerr << "lumenfarm-worker: " << ended.error().sentence << "\n";
+    if (ended) spdlog::info("drained: {} particles were merged", (*worker)->particles_merged());
+    // a thread may be in the midst of a slice, or of a large scene: nobody waits for that any more
+    std::_Exit(ended ? 0 : lumenfarm::exit_code(ended.error()));
 }

@@ -56,13 +56,27 @@ void SlotThread::interrupt(SlotAsk ask) {
     if (busy_ && interrupt_ != SlotAsk::abandon) interrupt_ = ask;
 }
 
+void SlotThread::ask(std::function<void()> answer) {
+    {
+        const std::lock_guard lock(mutex_);
+        answer_ = std::move(answer);
+    }
+    given_.notify_all();
+}
+
+void SlotThread::answer() {
+    if (const auto answer = std::exchange(answer_, nullptr)) answer();
+}
+
 void SlotThread::run(bool idle_priority) {
     // on Linux this is the priority of the calling thread alone
     if (idle_priority) setpriority(PRIO_PROCESS, 0, idle_nice);
     std::unique_lock lock(mutex_);
     while (true) {
-        given_.wait(lock, [this] { return command_ || ending_; });
+        given_.wait(lock, [this] { return command_ || ending_ || answer_; });
+        answer();
         if (ending_) return;
+        if (!command_) continue;
         Command command = std::move(*command_);
         command_.reset();
         lock.unlock();
@@ -82,6 +96,7 @@ SlotReport SlotThread::obey(Command command) {
     while (true) {
         if (auto report = slot_.advance(ask)) return std::move(*report);
         const std::lock_guard lock(mutex_);
+        answer();
         ask = ending_ ? SlotAsk::abandon : std::exchange(interrupt_, SlotAsk::nothing);
     }
 }

@@ -24,6 +24,8 @@ public:
     void tell(SlotAsk ask);
     /// Heard after the slice at hand; dropped when the slot has just stopped.
     void interrupt(SlotAsk ask);
+    /// The thread calls `answer` after the slice at hand, or at once when it has none. Replaces an earlier one.
+    void ask(std::function<void()> answer);
 
 private:
     struct Command {
@@ -33,6 +35,8 @@ private:
     void give(Command command);
     void run(bool idle_priority);
     SlotReport obey(Command command);
+    /// REQUIRES: mutex_ is locked.
+    void answer();
 
     OnReport on_report_;
     TraceSlot slot_;
@@ -40,6 +44,7 @@ private:
     std::condition_variable given_;
     std::optional<Command> command_;
     SlotAsk interrupt_ = SlotAsk::nothing;
+    std::function<void()> answer_;  ///< that somebody waits for
     bool busy_ = false;
     bool ending_ = false;
     std::thread thread_;

@@ -52,6 +52,10 @@ WorkerClient::WorkerClient(std::unique_ptr<Running> running) : running_(std::mov
 WorkerClient::~WorkerClient() = default;
 
 void WorkerClient::drain() { running_->drain(); }
+void WorkerClient::end_now() { running_->end_now(); }
+bool WorkerClient::ended() const { return running_->ended(); }
+std::vector<ServingThread> WorkerClient::threads() { return running_->threads(); }
+std::string WorkerClient::summary() const { return running_->summary(); }
 Result<void> WorkerClient::wait() { return running_->wait(); }
 bool WorkerClient::connected() const { return running_->connected(); }
 std::uint64_t WorkerClient::particles_merged() const { return running_->particles_merged(); }

@@ -1,11 +1,14 @@
 #pragma once
 
+#include "common/service/pulse.h"
+#include "common/support/limits.h"
 #include "common/support/result.h"
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 /// The worker as a running thing: WorkerCore behind a connection that it keeps trying to have, one tracing thread a
 /// slot. lumenfarm-worker is one of these and a signal handler; `lumenfarm run` embeds some. Logs go to spdlog's
@@ -17,9 +20,10 @@ struct WorkerOptions {
     std::uint32_t threads = 0;              ///< tracing threads; 0 is one for each core
     std::filesystem::path cache;            ///< of scenes; empty: worker::default_cache_folder()
     std::uint64_t cache_bytes_max = std::uint64_t{20} << 30;
-    std::string name;           ///< empty: the machine's
-    std::string isa;            ///< Embree ISA; empty: the best of this machine
-    bool idle_priority = true;  ///< tracing threads yield to everything else on the machine
+    std::string name;                              ///< empty: the machine's
+    std::string isa;                               ///< Embree ISA; empty: the best of this machine
+    bool idle_priority = true;                     ///< tracing threads yield to everything else on the machine
+    double drain_seconds = limits::drain_seconds;  ///< from drain() to the end, at most
 };
 
 class WorkerClient {
@@ -31,13 +35,22 @@ public:
 
     // Any thread may call these.
 
-    /// Hands over what is done and returns the rest of its leases; wait() returns within limits::drain_seconds and the
-    /// time of a slice.
+    /// Hands over what is done and returns the rest of its leases; wait() returns within the drain time and
+    /// limits::goodbye_seconds.
     void drain();
-    /// Until the worker has drained, or the master refuses it. Errors: failed, with the master's sentence.
+    /// Returns its leases without waiting for what is done.
+    void end_now();
+    /// Until the worker has drained and said goodbye, or the master refuses it. Threads may still be in the midst of a
+    /// slice, or of a scene. Errors: failed, with the master's sentence.
     Result<void> wait();
+    bool ended() const;                      ///< wait() would return at once
     bool connected() const;                  ///< and welcome
     std::uint64_t particles_merged() const;  ///< that the master has acknowledged
+
+    /// The threads that serve. REQUIRES: none is asked after this is gone.
+    std::vector<ServingThread> threads();
+    /// What the worker does, in one line. Never waits.
+    std::string summary() const;
 
 private:
     class Running;

@@ -18,7 +18,8 @@ std::size_t bytes_of(const Parcel& parcel) {
 
 }  // namespace
 
-WorkerCore::WorkerCore(const WorkerIdentity& identity) : identity_(identity), slots_(identity.threads) {
+WorkerCore::WorkerCore(const WorkerIdentity& identity, double drain_seconds)
+    : identity_(identity), drain_seconds_(drain_seconds), slots_(identity.threads) {
     ensure(identity.threads > 0, "a worker traces");
 }
 
@@ -97,26 +98,6 @@ Effects WorkerCore::on_disconnect(const std::optional<wire::Goodbye>& goodbye, d
 Effects WorkerCore::tick(double now_s) {
     interrupt_late(now_s);
     return settle_and_take(now_s);
-}
-
-Effects WorkerCore::drain(double now_s) {
-    begin_drain(now_s);
-    return settle_and_take(now_s);
-}
-
-void WorkerCore::begin_drain(double now_s) {
-    if (drain_by_s_) return;
-    drain_by_s_ = now_s + limits::drain_seconds;
-    return_queued(0);
-    for (std::size_t i = 0; i < slots_.size(); ++i) stop_slot(i, SlotAsk::close);
-}
-
-void WorkerCore::finish_if_drained(double now_s) {
-    if (!drain_by_s_ || finished_) return;
-    const bool nothing_left = idle() && queue_.empty() && results_.empty() && returns_.empty();
-    if (!nothing_left && welcome_ && now_s < *drain_by_s_) return;
-    finished_ = true;
-    effects_.push_back(Finished{});
 }
 
 void WorkerCore::pull() {

@@ -28,7 +28,7 @@ struct WorkerIdentity {
 
 class WorkerCore {
 public:
-    explicit WorkerCore(const WorkerIdentity& identity);
+    explicit WorkerCore(const WorkerIdentity& identity, double drain_seconds = limits::drain_seconds);
 
     /// The connection is there: says Hello.
     Effects on_connect(double now_s);
@@ -46,10 +46,15 @@ public:
     Effects on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes, double now_s);
     Effects on_job_prepared(JobId job, Result<std::shared_ptr<const JobContext>> prepared, double now_s);
 
-    /// Pull no more, hand over what is done, return the rest; Finished comes within limits::drain_seconds.
+    /// Pull no more, hand over what is done, return the rest. Finished comes within the drain time, with
+    /// whatever could not be handed over until then.
     Effects drain(double now_s);
+    /// As drain(), and Finished comes at once.
+    Effects end_now(double now_s);
 
     bool welcome() const { return welcome_; }
+    /// What the worker does now, in one line for people.
+    std::string summary() const;
     std::uint64_t particles_merged() const { return particles_merged_; }
     std::size_t results_held() const { return results_.size(); }
 
@@ -114,6 +119,7 @@ private:
     Effects settle_and_take(double now_s);
 
     WorkerIdentity identity_;
+    double drain_seconds_;
     bool welcome_ = false;
     std::optional<double> lost_s_;  ///< since when there is no connection
     std::vector<Slot> slots_;

@@ -14,13 +14,6 @@ namespace {
 
 constexpr std::uint32_t leaf_hits = 8;
 
-Vec3f position_of(const Scene& scene, const HitRecord& record) {
-    const TriangleFrame frame(scene, record.triangle);
-    constexpr double step = 1.0 / 65'536;
-    return (frame.corner + frame.edge1 * ((record.b1 + 0.5) * step) + frame.edge2 * ((record.b2 + 0.5) * step))
-        .as<float>();
-}
-
 /// Each kept hit is one of a random sample: it stands for hits / kept of them.
 TickValue scaled(TickValue tick, const Solution& solution) {
     if (solution.kept.empty()) return tick;
@@ -69,7 +62,8 @@ NearestHits::NearestHits(const Scene& scene, const TriangleIndex& index, const S
       positions_(solution.kept.size()),
       order_(solution.kept.size()),
       axis_(solution.kept.size()) {
-    for (std::size_t i = 0; i < positions_.size(); ++i) positions_[i] = position_of(scene, solution.kept[i].record);
+    for (std::size_t i = 0; i < positions_.size(); ++i)
+        positions_[i] = position_of(scene, solution.kept[i].record).as<float>();
     std::iota(order_.begin(), order_.end(), 0u);
     build(0, static_cast<std::uint32_t>(order_.size()));
     std::vector<Vec3f> in_order(positions_.size());

@@ -31,6 +31,12 @@ SurfacePoint point_on_triangle(const Scene& scene, std::uint32_t triangle, doubl
             side};
 }
 
+Vec3d position_of(const Scene& scene, const HitRecord& hit) {
+    const TriangleFrame frame(scene, hit.triangle);
+    constexpr double step = 1.0 / 65'536;
+    return frame.corner + frame.edge1 * ((hit.b1 + 0.5) * step) + frame.edge2 * ((hit.b2 + 0.5) * step);
+}
+
 std::vector<SurfacePoint> find_surface_points(const Scene& scene, const TriangleIndex& index, Vec3d position,
                                               std::optional<Vec3d> normal, double tolerance_m) {
     std::vector<std::uint32_t> near;

@@ -3,6 +3,7 @@
 #include "common/math/vec.h"
 #include "common/scene/scene.h"
 #include "common/solution/triangle_index.h"
+#include "common/transport/hit.h"
 
 #include <cstdint>
 #include <optional>
@@ -20,6 +21,9 @@ struct SurfacePoint {
 
 /// REQUIRES: barycentrics within the triangle.
 SurfacePoint point_on_triangle(const Scene& scene, std::uint32_t triangle, double b1, double b2, std::uint32_t side);
+
+/// Where the hit lies [m]: in the middle of what its packed barycentrics stand for.
+Vec3d position_of(const Scene& scene, const HitRecord& hit);
 
 /// The nearest surface points to `position` within `tolerance_m`. With a normal: of surfaces that lie across it, the
 /// side that faces it; at most one. Without: both sides of the nearest triangle.

@@ -112,6 +112,9 @@ inline constexpr double finish_seconds = 10;     ///< an interrupted job waits f
 inline constexpr double straggler_targets =
     3;  ///< a lease this many target times old may be traced again by an idle worker
 inline constexpr double drain_seconds = 10;  ///< a stopped worker may take this long to hand back its work
+inline constexpr double drain_seconds_max = 86'400;
+inline constexpr double stop_seconds = 10;  ///< a stopped master waits this long for results on their way to its disk
+inline constexpr double busy_seconds_max = 3'600;  ///< a thread that computes need not answer the watchdog for so long
 /// A result that closes late, after the longest possible slice, still fits: records, energies and kept copies of them.
 static_assert(result_close_bytes + slice_particles * bounces_max * (hit_record_bytes + hit_energy_bytes + 32) +
                   map_bytes_max <=

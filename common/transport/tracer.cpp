@@ -4,6 +4,7 @@
 #include "common/transport/bsdf.h"
 #include "common/transport/launch.h"
 #include "common/transport/path.h"
+#include "common/transport/ray_log.h"
 #include "common/transport/ray_query.h"
 #include "common/transport/wide_registers.h"
 
@@ -83,7 +84,9 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
     while (active < lane_count && !queue.is_empty()) queue.start_next(flights, active++, hits.balance);
     while (active > 0) {
         if (log)
-            for (std::size_t k = 0; k < active; ++k) log->push_back(flights.rays.at(k));
+            for (std::size_t k = 0; k < active; ++k)
+                log->push_back({flights.rays.at(k), flights.wavelength[k], flights.energy[k], hits.balance.absorbed,
+                                hits.balance.cut_off});
         query_->nearest(flights.rays, active, step.meetings);
         rules.prepare(flights, step);
         std::size_t kept = 0;

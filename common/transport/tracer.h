@@ -50,10 +50,10 @@ struct TracedHits {
     void clear();
 };
 
-struct Ray;
+struct LoggedRay;
 class RayQuery;
-/// The rays of a trace, for benchmarks and tests.
-using RayLog = std::vector<Ray>;
+/// The rays of a trace (ray_log.h), for those who look on. Of one particle they stand in the order of its path.
+using RayLog = std::vector<LoggedRay>;
 
 /// The scene made ready for tracing (Embree hierarchy, tables). Read-only and shared by threads.
 class TracerScene {

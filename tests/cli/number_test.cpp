@@ -59,6 +59,19 @@ TEST(Number, VectorsHaveThreeParts) {
         EXPECT_FALSE(parse_vector(text)) << text;
 }
 
+TEST(Number, RangesIncludeBothEnds) {
+    const auto range = parse_range("7..1k");
+    ASSERT_TRUE(range);
+    EXPECT_EQ(range->first, 7u);
+    EXPECT_EQ(range->last, 1'000u);
+    EXPECT_EQ(parse_range("5..5")->last, 5u);
+    EXPECT_EQ(parse_range("42")->first, 42u);
+    EXPECT_EQ(parse_range("42")->last, 42u);
+    for (const char* text : {"", "..", "1..", "..1", "1...3", "1-3", "a..b", "1..2..3", "-1..3", "1.5..2"})
+        EXPECT_FALSE(parse_range(text)) << text;
+    EXPECT_EQ(parse_range("3..2").error().sentence, "'3..2' ends before it begins");
+}
+
 TEST(Number, CountsAreShownWithThreeDigits) {
     EXPECT_EQ(short_count(0), "0");
     EXPECT_EQ(short_count(950), "950");

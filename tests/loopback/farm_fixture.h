@@ -39,19 +39,22 @@ protected:
 
     std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-    std::unique_ptr<Process> start(const std::string& name, std::vector<std::string> arguments) const {
+    std::unique_ptr<Process> start(const std::string& name, std::vector<std::string> arguments,
+                                   std::vector<std::string> environment = {}) const {
         arguments.insert(arguments.begin(), program(name));
-        return std::make_unique<Process>(std::move(arguments), std::vector<std::string>{"HOME=" + path("")});
+        environment.push_back("HOME=" + path(""));
+        return std::make_unique<Process>(std::move(arguments), std::move(environment));
     }
 
     /// At the address of an earlier one, if there was one. `under`: a command that starts it, found in the path.
-    void launch_master(std::vector<std::string> options, std::vector<std::string> under = {}) {
+    void launch_master(std::vector<std::string> options, std::vector<std::string> under = {},
+                       std::vector<std::string> environment = {}) {
         const std::string listen = address_.empty() ? "127.0.0.1:0" : address_;
         if (!under.empty()) under.insert(under.begin(), "/usr/bin/env");
         under.push_back(program("lumenfarm-master"));
         under.insert(under.end(), {"--listen", listen, "--storage", path("store")});
         under.insert(under.end(), options.begin(), options.end());
-        master_ = std::make_unique<Process>(std::move(under));
+        master_ = std::make_unique<Process>(std::move(under), std::move(environment));
     }
     /// False when it ended before.
     bool master_listens() {
@@ -71,9 +74,11 @@ protected:
         EXPECT_EQ(master_->wait(), -SIGKILL) << master_->err();
     }
 
-    std::unique_ptr<Process> start_worker(const std::string& name) const {
-        return start("lumenfarm-worker",
-                     {"--master", address_, "--threads", "1", "--name", name, "--cache", path("cache-" + name)});
+    std::unique_ptr<Process> start_worker(const std::string& name, const std::vector<std::string>& options = {}) const {
+        std::vector<std::string> all{"--master", address_, "--threads", "1",
+                                     "--name",   name,     "--cache",   path("cache-" + name)};
+        all.insert(all.end(), options.begin(), options.end());
+        return start("lumenfarm-worker", std::move(all));
     }
 
     /// Runs `lumenfarm` to its end and gives what it printed.
@@ -89,6 +94,13 @@ protected:
         EXPECT_FALSE(error) << error.message();
         return value.is_object() ? value.as_object() : boost::json::object();
     }
+
+    /// Whether the command can be used here, and is.
+    static bool works(std::vector<std::string> command) {
+        command.insert(command.begin(), "/usr/bin/env");
+        return Process(std::move(command)).wait() == 0;
+    }
+    static bool can_inject() { return works({"strace", "-o", "/dev/null", "true"}); }
 
     /// Looks at the farm until `wanted` holds; false when the watchdog's time is over.
     template <class Reply, class Request, class Wanted>

@@ -1,4 +1,4 @@
-#include "common/transport/ray_query.h"
+#include "common/transport/ray_log.h"
 #include "tests/physics/simulate.h"
 #include "tests/scenes/scene_builder.h"
 

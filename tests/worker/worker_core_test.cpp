@@ -292,6 +292,54 @@ TEST_F(WorkerTest, DrainEndsInTimeThoughTheMasterIsSilent) {
     EXPECT_TRUE(find<Finished>());
 }
 
+TEST_F(WorkerTest, DrainTimeIsThatOfTheConfiguration) {
+    core_ = WorkerCore(identity(), 3);
+    welcome();
+    ready();
+    hear(lease(1));
+    take(core_.drain(now_s_));
+    take(core_.tick(now_s_ + 2.9));
+    EXPECT_FALSE(find<Finished>());
+    take(core_.tick(now_s_ + 3));
+    EXPECT_TRUE(find<Finished>());
+}
+
+TEST_F(WorkerTest, EndsNowThoughASlotStillTraces) {
+    welcome();
+    ready();
+    hear(lease(1));
+    hear(lease(2));
+    hear(lease(3));
+    take(core_.drain(now_s_));
+    EXPECT_FALSE(find<Finished>());
+    take(core_.end_now(now_s_));
+    EXPECT_TRUE(find<Finished>());
+    EXPECT_TRUE(all<StartSlot>().empty());
+}
+
+TEST_F(WorkerTest, EndNowAloneReturnsWhatWaitsAndEnds) {
+    welcome();
+    ready();
+    for (std::uint64_t i = 1; i <= 3; ++i) hear(lease(i));
+    take(core_.end_now(now_s_));
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u);
+    EXPECT_TRUE(find<Finished>());
+}
+
+TEST_F(WorkerTest, SummaryIsALineThatAPersonReads) {
+    EXPECT_EQ(core_.summary(), "waits for work");
+    welcome();
+    ready();
+    hear(lease(1, 100'000));
+    EXPECT_EQ(core_.summary(), "traces job 1 on 1 of 2 threads");
+    hear(lease(2, 100'000));
+    take(core_.drain(now_s_));
+    EXPECT_EQ(core_.summary(), "ending: traces job 1 on 2 of 2 threads");
+    finish_set(0, lease(1));
+    finish_set(1, lease(2));
+    EXPECT_EQ(core_.summary(), "ending: 2 results not acknowledged yet");
+}
+
 TEST_F(WorkerTest, RefusedWorkerGivesUpAndAStoppedMasterIsWaitedFor) {
     welcome();
     take(core_.on_disconnect(wire::Goodbye(wire::GoodbyeReason::shutting_down, "bye"), now_s_));
