@@ -52,6 +52,8 @@ public:
     bool welcome() const { return welcome_; }
     std::uint64_t particles_merged() const { return particles_merged_; }
     std::size_t results_held() const { return results_.size(); }
+    /// A bound that is broken. Nothing when all is well; for tests.
+    std::optional<std::string> contradiction() const;
 
 private:
     struct Slot {
