@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -57,12 +56,12 @@ public:
 
 private:
     struct Slot {
-        std::optional<wire::Lease> lease;     ///< of the set, until it is finished
-        JobId job = 0;                        ///< of the set and of the open result
-        std::set<std::uint64_t> open_leases;  ///< that the open result covers
-        bool running = false;                 ///< a report is due
-        bool open = false;                    ///< a result is open
-        bool abandoned = false;               ///< what it holds is to be thrown away
+        std::optional<wire::Lease> lease;                    ///< of the set, until it is finished
+        JobId job = 0;                                       ///< of the set and of the open result
+        std::map<std::uint64_t, std::uint32_t> open_leases;  ///< that the open result covers, and their epochs
+        bool running = false;                                ///< a report is due
+        bool open = false;                                   ///< a result is open
+        bool abandoned = false;                              ///< what it holds is to be thrown away
         double open_since_s = 0;
     };
     struct Job {
@@ -99,6 +98,8 @@ private:
     void stop_slot(std::size_t index, SlotAsk ask);
     void interrupt_late(double now_s);
     void return_queued(JobId only);
+    void leave_refused(const Parcel& refused);
+    void return_slot(std::size_t index);
     bool idle() const;
 
     // results and the session (worker_core.cpp)

@@ -39,7 +39,7 @@ FarmOptions random_options(Chance& chance, std::uint64_t seed) {
     options.seed = seed;
     options.workers = chance.number(1, 5);
     options.threads = static_cast<std::uint32_t>(chance.number(1, 3));
-    options.slice_s_min = magnitude(chance, 0.05, 2);
+    options.slice_s_min = magnitude(chance, 0.05, 4);
     options.slice_s_max = 3 * options.slice_s_min;
     options.one_worker_sleeps = options.workers > 1 && chance.happens(0.1);
     options.latency_s = magnitude(chance, 0.01, 0.5);

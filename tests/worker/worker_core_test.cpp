@@ -205,6 +205,50 @@ TEST_F(WorkerTest, RefusedResultIsForgotten) {
     EXPECT_EQ(core_.particles_merged(), 0u);
 }
 
+/// A result of maps that is refused ends a lease in the midst of a set. Were the set gone on with, the next result
+/// would be refused because of it, and end the next lease in the midst of its set, for ever.
+TEST_F(WorkerTest, SlotsLeaveWhatTheyTraceOfARefusedLease) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1, 100'000));
+    hear(lease(2, 100'000));
+    hear(lease(3, 100'000));
+    SlotReport closed;
+    closed.set_left = true;
+    closed.result = parcel(lease(1, 100'000), 2'048);
+    take(core_.on_slot(0, std::move(closed), now_s_));
+    ASSERT_EQ(all<ContinueSlot>().size(), 1u);
+    const auto done = pump();
+    ASSERT_EQ(done.size(), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "expired"));
+    ASSERT_EQ(all<InterruptSlot>().size(), 1u) << "the other slot goes on";
+    EXPECT_EQ(find<InterruptSlot>()->slot, 0u);
+    EXPECT_EQ(find<InterruptSlot>()->ask, SlotAsk::abandon);
+    ASSERT_TRUE(sent<wire::ReturnLeases>());
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases, (std::vector<wire::LeaseRef>{{1, 1}}));
+    ASSERT_TRUE(sent<wire::Pull>()) << "a return takes the wish for more back";
+    take(core_.on_slot(0, SlotReport{}, now_s_));
+    ASSERT_EQ(all<StartSlot>().size(), 1u);
+    EXPECT_EQ(find<StartSlot>()->work.lease, 3u);
+}
+
+TEST_F(WorkerTest, LeftLeasesAreNotStatedAfterAReconnect) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1, 100'000));
+    SlotReport closed;
+    closed.set_left = true;
+    closed.result = parcel(lease(1, 100'000), 2'048);
+    take(core_.on_slot(0, std::move(closed), now_s_));
+    const auto done = pump();
+    ASSERT_EQ(done.size(), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "expired"));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    take(core_.on_connect(now_s_));
+    hear(wire::Welcome(1));
+    EXPECT_TRUE(sent<wire::Progress>()->leases.empty()) << "its slot still traces the last slice";
+}
+
 TEST_F(WorkerTest, CreditBoundsWhatIsUnderWayAndASlowMasterSlowsTheSlots) {
     welcome();
     ready();
