@@ -62,6 +62,7 @@ private:
         bool running = false;                                ///< a report is due
         bool open = false;                                   ///< a result is open
         bool abandoned = false;                              ///< what it holds is to be thrown away
+        bool close_asked = false;  ///< of the running slot, which drops it when it has just stopped
         double open_since_s = 0;
     };
     struct Job {

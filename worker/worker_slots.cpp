@@ -8,7 +8,7 @@ namespace lumenfarm::worker {
 
 Effects WorkerCore::on_slot(std::size_t index, SlotReport report, double now_s) {
     Slot& slot = slots_[index];
-    slot.running = false;
+    slot.running = slot.close_asked = false;
     if (slot.abandoned) {
         slot.abandoned = report.set_left || report.open;
         if (!slot.abandoned) slot = {};
@@ -85,9 +85,9 @@ void WorkerCore::interrupt_late(double now_s) {
     for (std::size_t i = 0; i < slots_.size(); ++i) {
         Slot& slot = slots_[i];
         const auto job = jobs_.find(slot.job);
-        if (!slot.running || !slot.open || slot.abandoned || job == jobs_.end()) continue;
+        if (!slot.running || !slot.open || slot.abandoned || slot.close_asked || job == jobs_.end()) continue;
         if (now_s - slot.open_since_s < job->second.info.flush_seconds) continue;
-        slot.open_since_s = now_s;
+        slot.close_asked = true;
         effects_.push_back(InterruptSlot{i, SlotAsk::close});
     }
 }

@@ -112,12 +112,12 @@ void SimulatedWorker::slice(std::size_t index, SlotAsk ask) {
 void SimulatedWorker::obey(std::size_t slot, SlotAsk ask) {
     ensure(!slots_[slot].busy, "a slot has one command at a time");
     slots_[slot].busy = true;
+    slots_[slot].interrupt = SlotAsk::nothing;
     slice(slot, ask);
 }
 
 void SimulatedWorker::carry_out(worker::StartSlot& start) {
     slots_[start.slot].slot->begin(std::move(start.work));
-    slots_[start.slot].interrupt = SlotAsk::nothing;
     obey(start.slot, SlotAsk::nothing);
 }
 

@@ -283,6 +283,26 @@ TEST_F(WorkerTest, MapsAreHandedOverWhenLateOrIdle) {
     EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
 }
 
+/// Sets of one slice end before they hear of it; were that forgotten, their sums would stay open for ever.
+TEST_F(WorkerTest, LateMapsAreHandedOverThoughTheSetEndsBeforeTheInterrupt) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1));
+    hear(lease(2));
+    hear(lease(3));
+    now_s_ = 2;
+    take(core_.tick(now_s_));
+    EXPECT_EQ(all<InterruptSlot>().size(), 2u);
+    now_s_ = 2.1;
+    take(core_.tick(now_s_));
+    EXPECT_TRUE(all<InterruptSlot>().empty()) << "asked once";
+    SlotReport open;
+    open.set_finished = open.open = true;
+    take(core_.on_slot(0, open, now_s_));
+    ASSERT_TRUE(find<TellSlot>());
+    EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
+}
+
 TEST_F(WorkerTest, GoneJobIsDroppedWithItsSetsSumsAndResults) {
     welcome();
     ready();
