@@ -156,6 +156,30 @@ TEST_F(WorkerTest, FetchGoesOnAfterAReconnect) {
     EXPECT_TRUE(sent<wire::ManifestRequest>());
 }
 
+/// The second job is prepared with the scene that the first one has fetched, and then hears that the cache lacks it.
+TEST_F(WorkerTest, SceneIsNotFetchedForJobsThatHaveIt) {
+    welcome();
+    hear(info());
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    hear(wire::Manifest(wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))));
+    wire::JobInfo second = info();
+    second.job = 2;
+    hear(second);
+    hear(wire::Chunk(scene_digest(bytes_), 0, bytes_));
+    ASSERT_EQ(all<PrepareJob>().size(), 2u);
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    ASSERT_TRUE(sent<wire::ManifestRequest>()) << "both are still being made";
+    hear(wire::Manifest(wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))));
+    for (const JobId job : {1u, 2u}) {
+        auto scene = std::make_shared<SceneContext>();
+        scene->scene = decode_scene(bytes_).value();
+        scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
+        take(core_.on_job_prepared(job, make_job_context(info(), scene), now_s_));
+    }
+    hear(wire::Chunk(scene_digest(bytes_), 0, bytes_));
+    EXPECT_FALSE(sent<wire::ManifestRequest>());
+}
+
 TEST_F(WorkerTest, SceneThatStaysDamagedReturnsTheLeases) {
     welcome();
     hear(info());
