@@ -123,7 +123,8 @@ void Farm::check_results() {
         if (record.status.state == wire::JobState::failed)
             checks_.violated(name + " failed: " + record.status.sentence);
         if (!record.has_solution) {
-            if (!checks_.acknowledged(client->job()).empty()) checks_.violated(name + " has lost its results");
+            for (const IntervalSet& light : checks_.acknowledged(client->job()))
+                if (light.size() > 0) checks_.violated(name + " has lost its results");
             continue;
         }
         const JobSpec& spec = client->plan().spec;

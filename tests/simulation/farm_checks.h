@@ -52,6 +52,10 @@ public:
     /// By light.
     const std::vector<IntervalSet>& acknowledged(JobId job) { return acknowledged_[job]; }
     std::optional<JobId> job_of(std::uint64_t client) const;
+    /// A process of a worker asks for the scene once for each job, and once more in each session at most.
+    void on_scenes_asked(std::uint64_t times, std::uint64_t sessions) {
+        if (times > sessions + jobs_) violated("a worker asks for the scene again and again");
+    }
 
 private:
     struct Offer {

@@ -22,6 +22,7 @@ void SimulatedWorker::start(WorkerId instance, double slice_s) {
     instance_ = instance;
     slice_s_ = slice_s;
     attempts_ = 0;
+    sessions_ = scenes_asked_ = 0;
     world_.note(Who::worker, index_, "starts as instance", {instance});
     worker::WorkerIdentity identity;
     identity.name = "worker " + std::to_string(index_);
@@ -64,7 +65,10 @@ void SimulatedWorker::tick() {
 void SimulatedWorker::on_open(ConnectionId) { carry_out(core_->on_connect(world_.now_s())); }
 
 void SimulatedWorker::on_message(ConnectionId, wire::Message message, std::uint64_t) {
-    if (std::holds_alternative<wire::Welcome>(message)) attempts_ = 0;
+    if (std::holds_alternative<wire::Welcome>(message)) {
+        attempts_ = 0;
+        ++sessions_;
+    }
     carry_out(core_->on_message(std::move(message), world_.now_s()));
 }
 
@@ -81,6 +85,7 @@ void SimulatedWorker::connect_later() {
 
 void SimulatedWorker::send(wire::Message message) {
     if (const auto* done = std::get_if<wire::ResultDone>(&message)) checks_.on_offer(instance_, *done);
+    if (std::holds_alternative<wire::ManifestRequest>(message)) checks_.on_scenes_asked(++scenes_asked_, sessions_);
     world_.network.send(connection_, Side::peer, std::move(message));
 }
 

@@ -71,6 +71,7 @@ private:
     std::uint64_t life_ = 0;  ///< events of an earlier process are dropped
     ConnectionId connection_ = 0;
     unsigned attempts_ = 0;
+    std::uint64_t sessions_ = 0, scenes_asked_ = 0;  ///< of this process
     bool drained_ = false;
     std::vector<SlotRun> slots_;
 };
