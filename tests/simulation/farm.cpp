@@ -129,7 +129,7 @@ void Farm::check_results() {
         }
         const JobSpec& spec = client->plan().spec;
         const Solution solution = solution_of(*client);
-        if (record.status.state == wire::JobState::done && solution.committed != all_particles(spec))
+        if (record.status.state == wire::JobState::done && solution.balance.particles != spec.particles)
             checks_.violated(name + " is done, and not complete");
         const auto& acknowledged = checks_.acknowledged(client->job());
         for (std::size_t light = 0; light < acknowledged.size(); ++light)

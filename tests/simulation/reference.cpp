@@ -7,13 +7,6 @@
 
 namespace lumenfarm::testing {
 
-std::vector<IntervalSet> all_particles(const JobSpec& spec) {
-    const auto prepared = prepare_job(spec, encode_scene(small_scene())).value();
-    std::vector<IntervalSet> all(prepared->particles.size());
-    for (std::size_t light = 0; light < all.size(); ++light) all[light].insert(0, prepared->particles[light]);
-    return all;
-}
-
 Solution reference_solution(const JobSpec& spec, const std::vector<IntervalSet>& committed) {
     const auto bytes = encode_scene(small_scene());
     const auto prepared = prepare_job(spec, bytes).value();

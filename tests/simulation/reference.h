@@ -11,7 +11,4 @@ namespace lumenfarm::testing {
 /// by the fake tracer, by nobody's leave.
 Solution reference_solution(const JobSpec& spec, const std::vector<IntervalSet>& committed);
 
-/// All the particles of such a job, by light.
-std::vector<IntervalSet> all_particles(const JobSpec& spec);
-
 }  // namespace lumenfarm::testing
