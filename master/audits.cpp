@@ -7,12 +7,13 @@
 
 namespace lumenfarm {
 
-void Audits::begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, std::uint64_t keep_threshold,
-                   std::uint64_t fingerprint) {
+void Audits::begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, double patience_s,
+                   std::uint64_t keep_threshold, std::uint64_t fingerprint) {
     Audit audit;
     audit.job = job;
     audit.ranges.assign(ranges.begin(), ranges.end());
     for (const ParticleRange& range : ranges) audit.particles += range.count;
+    audit.patience_s = patience_s;
     audit.keep_threshold = keep_threshold;
     audit.said.emplace(worker, fingerprint);
     audits_.emplace(++begun_, std::move(audit));
@@ -110,9 +111,9 @@ void Audits::forget(WorkerId worker, LeaseId only) {
     dismiss(id);
 }
 
-void Audits::expire(double begun_before_s) {
+void Audits::expire(double now_s) {
     for (auto& [id, audit] : audits_) {
-        if (!audit.witness || audit.witness->begun_s >= begun_before_s) continue;
+        if (!audit.witness || now_s <= audit.witness->begun_s + audit.patience_s) continue;
         audit.given_up.insert(audit.witness->worker);
         dismiss(id);
     }

@@ -29,10 +29,10 @@ public:
         std::vector<WorkerId> honest, liars;
     };
 
-    /// What `worker` has said of the particles is to be verified. `fingerprint`: result_fingerprint() with this
-    /// threshold.
-    void begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, std::uint64_t keep_threshold,
-               std::uint64_t fingerprint);
+    /// What `worker` has said of the particles is to be verified, by workers that take `patience_s` at most.
+    /// `fingerprint`: result_fingerprint() with this threshold.
+    void begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, double patience_s,
+               std::uint64_t keep_threshold, std::uint64_t fingerprint);
 
     /// Whether give() has something.
     bool has_set(JobId job, WorkerId worker) const;
@@ -48,8 +48,8 @@ public:
     /// The worker will not finish what it has: others begin anew. `only`: of one lease's audit.
     void forget(WorkerId worker);
     void forget(WorkerId worker, LeaseId only);
-    /// Workers that began before then are given up, as if they had no part in it.
-    void expire(double begun_before_s);
+    /// Workers that have taken too long are given up, as if they had no part in it.
+    void expire(double now_s);
     /// Drops all audits of the job, or those that nobody of `workers` can carry on and where no two differ yet; says
     /// how many.
     void drop(JobId job);
@@ -73,6 +73,7 @@ private:
         JobId job = 0;
         std::vector<ParticleRange> ranges;
         std::uint64_t particles = 0;
+        double patience_s = 0;
         std::uint64_t keep_threshold = 0;
         std::map<WorkerId, std::uint64_t> said;  ///< fingerprints
         std::set<WorkerId> given_up;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -113,6 +114,9 @@ public:
     std::uint64_t committed_particles() const { return committed_particles_; }
     bool complete() const { return committed_particles_ == particles_in_all_; }
     const std::vector<IntervalSet>& committed() const { return committed_; }
+    /// What of the books can't be: a particle in two states or in none, a sum that is wrong. Nothing when all is well.
+    /// Reads everything; for tests.
+    std::optional<std::string> contradiction() const;
 
 private:
     struct Lease {

@@ -28,6 +28,7 @@ public:
     /// none that needs such a worker. REQUIRES: count > 0.
     std::optional<LostSet> take(double now_s, bool alone, std::uint64_t count);
 
+    const std::vector<LostSet>& waiting() const { return waiting_; }
     std::uint64_t waiting_particles() const;
     std::uint64_t set_aside_particles() const;
     const std::vector<ParticleRange>& set_aside() const { return set_aside_; }

@@ -34,7 +34,9 @@ void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t tick
         std::ldexp(static_cast<double>(XXH3_64bits_withSeed(&ticket, sizeof ticket, policy_.audit_key)), -64);
     if (job.phase != Phase::running || chance >= policy_.audit_fraction) return;
     const std::uint64_t threshold = job.active->keep_threshold();
-    audits_.begin(job.record.id(), stored.worker, ranges_of(stored.result->done()), threshold,
+    const wire::ResultDone& done = stored.result->done();
+    const double patience_s = limits::audit_seconds + limits::audit_slowness_max * done.trace_seconds;
+    audits_.begin(job.record.id(), stored.worker, ranges_of(done), patience_s, threshold,
                   result_fingerprint(*stored.result, threshold, policy_.audit_key));
 }
 

@@ -100,6 +100,10 @@ public:
     std::string summary(double now_s) const;
     std::uint64_t discarded(Discard reason) const { return discarded_[static_cast<std::size_t>(reason)]; }
     std::size_t staged_bytes() const { return staged_bytes_; }
+    /// Who has what of a job; null unless it is active.
+    const Ledger* ledger(JobId job) const;
+    /// What of the books or of the bounds can't be. Nothing when all is well. Reads everything; for tests.
+    std::optional<std::string> contradiction() const;
 
 private:
     enum class Phase : std::uint8_t {

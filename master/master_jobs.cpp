@@ -35,6 +35,11 @@ const JobRecord* MasterCore::record(JobId job) const {
     return found == jobs_.end() ? nullptr : &found->second.record;
 }
 
+const Ledger* MasterCore::ledger(JobId job) const {
+    const auto found = jobs_.find(job);
+    return found == jobs_.end() || !found->second.active ? nullptr : &found->second.active->ledger();
+}
+
 /// By priority, then age.
 bool MasterCore::before(const Job& a, const Job& b) {
     if (a.record.spec.priority != b.record.spec.priority) return a.record.spec.priority > b.record.spec.priority;

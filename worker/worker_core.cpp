@@ -129,6 +129,8 @@ void WorkerCore::send_returns() {
         if (waiting == leases.end()) continue;
         send(wire::ReturnLeases(reason, {waiting, leases.end()}));
         leases.erase(waiting, leases.end());
+        // the master takes the wish back with them
+        if (reason == wire::ReturnReason::ending) wished_ = 0;
     }
     std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
 }
@@ -137,8 +139,9 @@ std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
     std::map<std::uint64_t, JobId> job_by_lease;
     for (const wire::Lease& lease : queue_) job_by_lease.emplace(lease.lease, lease.job);
     for (const Slot& slot : slots_) {
+        if (slot.abandoned) continue;
         if (slot.lease) job_by_lease.emplace(slot.lease->lease, slot.job);
-        for (const std::uint64_t lease : slot.open_leases) job_by_lease.emplace(lease, slot.job);
+        for (const auto& [lease, epoch] : slot.open_leases) job_by_lease.emplace(lease, slot.job);
     }
     for (const Outgoing& outgoing : results_)
         for (const wire::Claim& claim : outgoing.parcel->claims)
@@ -169,8 +172,13 @@ void WorkerCore::take_ack(const wire::ResultAck& ack) {
     const auto found = std::find_if(results_.begin(), results_.end(),
                                     [&](const Outgoing& outgoing) { return outgoing.number == ack.result; });
     if (found == results_.end() || !found->reader.finished()) return;
-    if (ack.verdict == wire::Verdict::accepted) particles_merged_ += found->parcel->balance.particles;
+    const std::unique_ptr<Parcel> parcel = std::move(found->parcel);
     results_.erase(found);
+    if (ack.verdict == wire::Verdict::accepted) {
+        particles_merged_ += parcel->balance.particles;
+    } else {
+        leave_refused(*parcel);
+    }
 }
 
 }  // namespace lumenfarm::worker

@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -57,16 +56,19 @@ public:
     std::string summary() const;
     std::uint64_t particles_merged() const { return particles_merged_; }
     std::size_t results_held() const { return results_.size(); }
+    /// A bound that is broken. Nothing when all is well; for tests.
+    std::optional<std::string> contradiction() const;
 
 private:
     struct Slot {
-        std::optional<wire::Lease> lease;     ///< of the set, until it is finished
-        JobId job = 0;                        ///< of the set and of the open result
-        std::uint64_t audit = 0;              ///< of the open result
-        std::set<std::uint64_t> open_leases;  ///< that the open result covers
-        bool running = false;                 ///< a report is due
-        bool open = false;                    ///< a result is open
-        bool abandoned = false;               ///< what it holds is to be thrown away
+        std::optional<wire::Lease> lease;                    ///< of the set, until it is finished
+        JobId job = 0;                                       ///< of the set and of the open result
+        std::uint64_t audit = 0;                             ///< of the open result
+        std::map<std::uint64_t, std::uint32_t> open_leases;  ///< that the open result covers, and their epochs
+        bool running = false;                                ///< a report is due
+        bool open = false;                                   ///< a result is open
+        bool abandoned = false;                              ///< what it holds is to be thrown away
+        bool close_asked = false;  ///< of the running slot, which drops it when it has just stopped
         double open_since_s = 0;
     };
     struct Job {
@@ -103,6 +105,8 @@ private:
     void stop_slot(std::size_t index, SlotAsk ask);
     void interrupt_late(double now_s);
     void return_queued(JobId only);
+    void leave_refused(const Parcel& refused);
+    void return_slot(std::size_t index);
     bool idle() const;
 
     // results and the session (worker_core.cpp)

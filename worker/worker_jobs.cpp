@@ -114,8 +114,9 @@ void WorkerCore::fail_fetch() {
 
 void WorkerCore::prepare_jobs_of(const Digest& scene, const std::shared_ptr<const std::vector<std::byte>>& bytes) {
     for (auto& [id, job] : jobs_) {
-        if (job.info.scene != scene || job.context || job.failed) continue;
+        if (job.info.scene != scene) continue;
         job.missing = false;
+        if (job.context || job.failed) continue;
         effects_.push_back(PrepareJob{job.info, bytes});
     }
 }

@@ -8,7 +8,7 @@ namespace lumenfarm::worker {
 
 Effects WorkerCore::on_slot(std::size_t index, SlotReport report, double now_s) {
     Slot& slot = slots_[index];
-    slot.running = false;
+    slot.running = slot.close_asked = false;
     if (slot.abandoned) {
         slot.abandoned = report.set_left || report.open;
         if (!slot.abandoned) slot = {};
@@ -42,7 +42,7 @@ void WorkerCore::feed(std::size_t index, double now_s) {
     if (!room_for_results()) return;
     if (!slot.lease) return start_next(index, now_s);
     if (!slot.open) slot.open_since_s = now_s;
-    slot.open_leases.insert(slot.lease->lease);
+    slot.open_leases.emplace(slot.lease->lease, slot.lease->epoch);
     slot.open = slot.running = true;
     effects_.push_back(ContinueSlot{index});
 }
@@ -67,7 +67,7 @@ void WorkerCore::start_next(std::size_t index, double now_s) {
     slot.lease = *next;
     slot.job = next->job;
     slot.audit = next->audit;
-    slot.open_leases.insert(next->lease);
+    slot.open_leases.emplace(next->lease, next->epoch);
     slot.open = slot.running = true;
     effects_.push_back(StartSlot{
         index, SetWork{jobs_.at(next->job).context, next->lease, next->epoch, next->range, next->keep_threshold}});
@@ -92,9 +92,9 @@ void WorkerCore::interrupt_late(double now_s) {
     for (std::size_t i = 0; i < slots_.size(); ++i) {
         Slot& slot = slots_[i];
         const auto job = jobs_.find(slot.job);
-        if (!slot.running || !slot.open || slot.abandoned || job == jobs_.end()) continue;
+        if (!slot.running || !slot.open || slot.abandoned || slot.close_asked || job == jobs_.end()) continue;
         if (now_s - slot.open_since_s < job->second.info.flush_seconds) continue;
-        slot.open_since_s = now_s;
+        slot.close_asked = true;
         effects_.push_back(InterruptSlot{i, SlotAsk::close});
     }
 }
@@ -106,6 +106,27 @@ void WorkerCore::return_queued(JobId only) {
         returns_[wire::ReturnReason::ending].emplace_back(lease.lease, lease.epoch);
         return true;
     });
+}
+
+/// The master has taken every lease of a refused result back. Slots that go on with one of them would only make
+/// results that are refused, too, and take further leases along.
+void WorkerCore::leave_refused(const Parcel& refused) {
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+        const Slot& slot = slots_[i];
+        const auto concerns = [&](const wire::Claim& claim) {
+            return (slot.lease && slot.lease->lease == claim.lease) || slot.open_leases.contains(claim.lease);
+        };
+        if (slot.abandoned || slot.job != refused.job) continue;
+        if (std::any_of(refused.claims.begin(), refused.claims.end(), concerns)) return_slot(i);
+    }
+}
+
+/// Throws away what a slot has, and gives its leases back.
+void WorkerCore::return_slot(std::size_t index) {
+    Slot& slot = slots_[index];
+    if (slot.lease) slot.open_leases.emplace(slot.lease->lease, slot.lease->epoch);
+    for (const auto& [lease, epoch] : slot.open_leases) returns_[wire::ReturnReason::ending].emplace_back(lease, epoch);
+    stop_slot(index, SlotAsk::abandon);
 }
 
 bool WorkerCore::idle() const {

@@ -148,6 +148,9 @@ Result<void> Database::rewrite_log() {
     close_quietly(connection_.get(), true);
     sqlite3_file* log = nullptr;
     sqlite3_file_control(connection_.get(), "main", SQLITE_FCNTL_JOURNAL_POINTER, &log);
+    // a log that is padded behind the page that commits could be refused for want of room, and count nevertheless
+    if (log && log->pMethods && !(log->pMethods->xDeviceCharacteristics(log) & SQLITE_IOCAP_POWERSAFE_OVERWRITE))
+        return failed("the database '" + file_ + "' can't be kept: SQLite pads its log here");
     if (const int code = log && log->pMethods ? rewrite(*log) : SQLITE_OK; code != SQLITE_OK) {
         std::string sentence = "the database '" + file_ + "' fails: " + sqlite3_errstr(code);
         return code == SQLITE_FULL ? no_space(std::move(sentence)) : failed(std::move(sentence));

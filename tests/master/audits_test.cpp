@@ -15,7 +15,7 @@ const std::array ranges{ParticleRange{0, 100, 50}, ParticleRange{1, 0, 20}};
 
 class AuditsTest : public ::testing::Test {
 protected:
-    AuditsTest() { audits_.begin(job, ann, ranges, 9, truth); }
+    AuditsTest() { audits_.begin(job, ann, ranges, 100, 9, truth); }
 
     /// The worker traces both ranges again, and says so in two results.
     std::optional<Audits::Finding> testify(WorkerId worker, std::uint64_t fingerprint) {
@@ -76,9 +76,9 @@ TEST_F(AuditsTest, WorkerThatIsLostIsReplacedAndItsLateResultIsNotTaken) {
 
 TEST_F(AuditsTest, WorkerThatTakesTooLongIsGivenUp) {
     audits_.give(job, bob, 1, 10);
-    audits_.expire(10);
+    audits_.expire(110);
     EXPECT_TRUE(audits_.holds(1));
-    audits_.expire(11);
+    audits_.expire(111);
     EXPECT_FALSE(audits_.holds(1));
     EXPECT_FALSE(audits_.has_set(job, bob));
     EXPECT_TRUE(audits_.has_set(job, cid));
@@ -105,7 +105,7 @@ TEST_F(AuditsTest, AuditThatNobodyCanCarryOutIsDroppedUnlessTwoDiffer) {
     EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
     EXPECT_EQ(audits_.drop_hopeless(job, {ann}), 1u);
     EXPECT_EQ(audits_.pending(job), 0u);
-    audits_.begin(job, ann, ranges, 9, truth);
+    audits_.begin(job, ann, ranges, 100, 9, truth);
     EXPECT_FALSE(testify(bob, truth + 1));
     EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
     audits_.drop(job);

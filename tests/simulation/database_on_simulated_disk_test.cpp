@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
@@ -186,6 +187,31 @@ TEST(DatabaseOnSimulatedDisk, AFullDiskLosesNothingAndCanBeUsedWhenThereIsRoomAg
         EXPECT_TRUE(put_batch(database, batch));
         EXPECT_EQ(batches_in(database).size(), batch);
     }
+}
+
+/// Not even after a power cut that leaves the refused transaction's pages on the disk.
+TEST(DatabaseOnSimulatedDisk, WhatAFullDiskHasRefusedNeverAppears) {
+    std::uint64_t refused = 0;
+    for (std::uint64_t room = 0; room < 30'000; room += 512)
+        for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+            Storage storage(seed);
+            {
+                Database database = std::move(storage.open().value());
+                ASSERT_TRUE(put_batch(database, 1));
+                storage.disk.set_capacity(storage.disk.used() + room);
+                const auto put = put_batch(database, 2);
+                storage.disk.power_off();
+                if (put) continue;
+                ASSERT_EQ(put.error().code, ErrorCode::no_space);
+                ++refused;
+            }
+            std::mt19937_64 random(seed);
+            storage.disk.crash(random);
+            storage.disk.set_capacity(std::numeric_limits<std::uint64_t>::max());
+            Database database = std::move(storage.open().value());
+            EXPECT_FALSE(batches_in(database).contains(2)) << "room for " << room << " bytes, seed " << seed;
+        }
+    EXPECT_GT(refused, 0u);
 }
 
 TEST(DatabaseOnSimulatedDisk, AFailingSyncIsAFailure) {

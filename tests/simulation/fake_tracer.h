@@ -2,6 +2,7 @@
 
 #include "common/support/ensure.h"
 #include "common/transport/tracer.h"
+#include "tests/simulation/small_scene.h"
 
 #include <cstdlib>
 
@@ -11,7 +12,8 @@ namespace lumenfarm::testing {
 
 class FakeTracer : public TracerScene {
 public:
-    explicit FakeTracer(const Scene& scene) : scene_(scene), emission_(make_emission(scene).value()) {}
+    /// REQUIRES: `scene` is small_scene().
+    explicit FakeTracer(const Scene& scene) : scene_(scene), emission_(emission_of_small_scene()) {}
 
     const Scene& scene() const override { return scene_; }
     const Emission& emission() const override { return emission_; }
@@ -27,6 +29,12 @@ public:
     }
 
 private:
+    /// Made once for thousands of farms.
+    static const Emission& emission_of_small_scene() {
+        static const Emission emission = make_emission(small_scene()).value();
+        return emission;
+    }
+
     static std::uint64_t mix(std::uint64_t x) {  // splitmix64
         x += 0x9e3779b97f4a7c15u;
         x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -34,6 +42,7 @@ private:
         return x ^ (x >> 31);
     }
 
+private:
     void trace_one(const JobSpec& spec, std::uint32_t light, std::uint64_t particle, TracedHits& hits) const {
         std::uint64_t random = mix(mix(spec.seed * 1'000 + light) ^ particle);
         const auto bin = static_cast<std::uint16_t>(random % wavelength_bins);
@@ -59,7 +68,7 @@ private:
     }
 
     const Scene& scene_;
-    Emission emission_;
+    const Emission& emission_;
 };
 
 }  // namespace lumenfarm::testing

@@ -1,174 +1,115 @@
 #pragma once
 
-#include "master/commit_queue.h"
-#include "master/master_core.h"
-#include "master/storage.h"
-#include "tests/simulation/fake_tracer.h"
-#include "tests/simulation/simulated_disk.h"
-#include "tests/simulation/simulated_vfs.h"
-#include "tests/simulation/small_scene.h"
-#include "worker/worker_core.h"
+#include "common/solution/solution.h"
+#include "tests/simulation/farm_checks.h"
+#include "tests/simulation/simulated_client.h"
+#include "tests/simulation/simulated_master.h"
+#include "tests/simulation/simulated_worker.h"
+#include "tests/simulation/world.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <deque>
 #include <functional>
-#include <map>
+#include <limits>
 #include <memory>
-#include <optional>
-#include <queue>
-#include <random>
+#include <ostream>
+#include <string>
 #include <vector>
 
-/// A whole farm in one thread under a fake clock: the real cores and the real storage, a fake tracer, a network that
-/// delays and drops, a disk that loses its power and is full. One seed replays it.
+/// A whole farm in one thread under a fake clock: the real cores and the real storage, a fake tracer, a network, a disk
+/// and machines that are against it. One seed replays it. What must hold is checked after every event (farm_checks.h);
+/// the farm stops where it does not.
 namespace lumenfarm::testing {
 
 struct FarmOptions {
     std::uint64_t seed = 1;
     std::size_t workers = 3;
     std::uint32_t threads = 2;
-    double seconds_between_drops = 0;       ///< of connections; 0: never
+    double slice_s_min = 0.01, slice_s_max = 0.2;  ///< of a worker's tracing
+    std::uint64_t first_lies_one_in = 0;           ///< of so many slices of the first worker one is wrong; 0: none
+    bool one_worker_sleeps = false;                ///< is alive, and traces nothing for a very long time
+    double latency_s = 0.05;                       ///< at most, usually
+    double latency_spike_s = 0;                    ///< more for one message in a hundred, on the average
+
+    double storm_seconds = std::numeric_limits<double>::infinity();  ///< then nothing bad happens any more
+    double seconds_between_drops = 0;                                ///< of connections; 0 here and below: never
+    double seconds_between_partitions = 0;                           ///< of some hosts, in one or both directions
+    double partition_seconds_max = 60;
     double seconds_between_crashes = 0;     ///< of workers, which start again as new processes
+    double machine_crashes = 0;             ///< fraction of these that takes the machine along
     double seconds_between_power_cuts = 0;  ///< of the master; it starts again with what the disk has left
     double seconds_between_full_disks = 0;  ///< for some seconds each
-    double disk_failures = 0;               ///< chance that a write or a sync fails; the master starts again
-    double checkpoint_seconds = 10;
-    bool one_worker_sleeps = false;  ///< is alive, and traces nothing for a very long time
+    MasterConditions master;
 };
+
+/// While a worker lives, is reached and traces, and the master's disk works, some particle is committed or some job
+/// ends within this time: the last trouble is noticed, everybody has come back, leases of those that have not are free
+/// again, and a slice of these farms is traced, closed and stored.
+constexpr double progress_seconds_max = limits::dead_seconds + limits::reconnect_seconds_max + limits::connect_seconds +
+                                        limits::hello_seconds +
+                                        std::max(limits::restart_seconds, limits::reconnect_seconds) +
+                                        limits::disk_retry_seconds + limits::finish_seconds + 30;
+/// While a client's network and the master's disk work, a question of it is answered within this time.
+constexpr double answer_seconds_max =
+    limits::dead_seconds + limits::reply_seconds + limits::connect_seconds + limits::hello_seconds + 15;
 
 class Farm {
 public:
-    Farm(const JobSpec& spec, const FarmOptions& options);
+    Farm(const std::vector<ClientPlan>& clients, const FarmOptions& options);
+    Farm(const JobSpec& spec, const FarmOptions& options) : Farm({ClientPlan{spec, 0, {}}}, options) {}
 
-    /// Runs until the job is over. False when that takes absurdly long.
+    /// Runs until every client was told that its job is over. False when something was violated.
     bool run();
-    void at(double time_s, std::function<void()> event);
+    void at(double time_s, std::function<void()> event) { world_.clock.at(time_s, std::move(event)); }
 
-    void cancel();
-    void drain_worker(std::size_t index);
-    const MasterCore& master() const { return *master_; }
-    /// As it lies on the master's disk. REQUIRES: the job is over.
-    Solution solution();
-    /// What must never happen, a sentence each: acknowledged work that is gone, damage where only the power was cut.
-    const std::vector<std::string>& violations() const { return violations_; }
-    std::uint64_t power_cuts() const { return master_life_ - 1; }
+    // Of the first client's job
+    void cancel() { master_->cancel(clients_.front()->job()); }
     wire::JobState state() const;
-    double now_s() const { return now_s_; }
-    std::size_t workers_finished() const { return finished_; }
-    std::uint64_t most_results_held() const { return most_results_held_; }
+    /// As it lies on the master's disk. REQUIRES: run() was true.
+    Solution solution() { return solution_of(*clients_.front()); }
+
+    void drain_worker(std::size_t index) { workers_[index].drain(); }
+    const MasterCore& master() const { return *master_->core(); }
+    const std::vector<std::string>& violations() const { return checks_.violations(); }
+    const History& history() const { return world_.history; }
+    std::uint64_t power_cuts() const { return master_->lives() - 1; }
+    double now_s() const { return world_.now_s(); }
+    std::size_t workers_finished() const;
 
 private:
-    struct SlotRun {
-        std::unique_ptr<TraceSlot> slot;
-        SlotAsk interrupt = SlotAsk::nothing;
-        bool busy = false;
-    };
-    struct Node {
-        std::unique_ptr<worker::WorkerCore> core;
-        std::uint64_t life = 0;  ///< events of an earlier process are dropped
-        SessionId session = 0;   ///< 0: not connected
-        WorkerId instance = 0;
-        double slice_s = 0;
-        double last_to_master_s = 0, last_to_worker_s = 0;  ///< TCP keeps the order
-        std::vector<SlotRun> slots;
-        std::shared_ptr<const SceneContext> scene;
-        bool over = false;
-    };
-    /// A result that a worker has offered.
-    struct Offer {
-        WorkerId worker;
-        std::uint64_t result;
-        auto operator<=>(const Offer&) const = default;
-    };
-    struct Event {
-        double time_s;
-        std::uint64_t number;
-        std::function<void()> run;
-        bool operator<(const Event& other) const {
-            return std::pair(time_s, number) > std::pair(other.time_s, other.number);
-        }
-    };
-
-    double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-    double exponential(double mean_s) { return std::exponential_distribution<double>(1 / mean_s)(random_); }
+    // what is against the farm (farm_storms.cpp)
+    void begin_storms();
+    void repeat(double mean_s, std::function<void()> event);
+    void drop_one();
+    void crash_one();
+    void cut_power();
+    void fill_disk();
+    void partition();
+    void block(HostId host, bool to_master, bool to_peer, double seconds);
+    /// The host is in trouble until then.
+    void trouble(HostId host, double until_s) { calm_since_s_[host] = std::max(calm_since_s_[host], until_s); }
 
     void start_worker(std::size_t index);
-    void connect(std::size_t index);
-    void drop(std::size_t index);
-    void start_master();
-    void begin_life(std::unique_ptr<Storage> storage, Storage::Start start);
-    void cut_power();
-    void submit();
-    void fill_disk();
-    void check(const RecoveredJob& recovered);
-    void note_answer(WorkerId worker, const wire::ResultAck& ack);
-    /// Carries `work` out on the master's storage after what was asked for before, then tells the master.
-    template <class Work, class Then>
-    void slowly(Work work, Then then);
-    void commit(bool leases_too);
-    void beat(std::size_t index, std::uint64_t life);
-    void repeat(double mean_s, std::function<void()> event);
+    bool over() const;
+    void check_step();
+    void check_progress();
+    void check_answers();
+    bool master_is_calm() const { return master_->core() && master_->disk_works(); }
+    void check_results();
+    Solution solution_of(const SimulatedClient& client);
 
-    void carry_out(Effects effects);
-    void carry_out(Send& send);
-    void carry_out(Close& close);
-    void carry_out(Admit& admit);
-    void carry_out(StoreChunk&) {}
-    void carry_out(ServeManifest& serve);
-    void carry_out(ServeChunk& serve);
-    void carry_out(Prepare& prepare);
-    void carry_out(StoreResult& store);
-    void carry_out(StoreLeases& leases) { commits_.add(leases); }
-    void carry_out(StoreSnapshot& store);
-    void carry_out(StoreRecord& store);
-    void carry_out(Retract& retract);
-    void carry_out(PutAside& aside);
-    void carry_out(RemoveJob& remove);
-    void carry_out(StoreSolution& store);
-    void to_worker(SessionId session, wire::Message message);
-
-    void carry_out(std::size_t index, worker::Effects effects);
-    void carry_out(std::size_t index, worker::Send& send);
-    void carry_out(std::size_t index, worker::StartSlot& start);
-    void carry_out(std::size_t index, worker::ContinueSlot& effect);
-    void carry_out(std::size_t index, worker::TellSlot& tell);
-    void carry_out(std::size_t index, worker::InterruptSlot& interrupt);
-    void carry_out(std::size_t index, worker::LoadScene& load);
-    void carry_out(std::size_t, worker::KeepScene&) {}
-    void carry_out(std::size_t index, worker::PrepareJob& prepare);
-    void carry_out(std::size_t index, worker::Finished&);
-    void carry_out(std::size_t, worker::GiveUp&);
-    void to_master(std::size_t index, wire::Message message);
-    void slice(std::size_t index, std::uint64_t life, std::size_t slot, SlotAsk ask);
-    /// An event of this worker process; dropped when the process is gone.
-    void later(std::size_t index, double delay_s, std::function<worker::Effects(worker::WorkerCore&)> event);
-
-    JobSpec spec_;
     FarmOptions options_;
-    std::mt19937_64 random_;
-    std::vector<std::byte> scene_bytes_;
-    SimulatedDisk disk_;
-    SimulatedVfs vfs_;
-    std::unique_ptr<Storage> storage_;
-    std::unique_ptr<MasterCore> master_;
-    std::uint64_t master_life_ = 0;
-    CommitQueue commits_;
-    double storage_free_s_ = 0;  ///< when it has done what it was asked for
-    bool submitted_ = false;
-    std::map<Offer, std::vector<wire::Claim>> offers_;
-    std::vector<IntervalSet> acknowledged_;  ///< by light
-    std::vector<std::string> violations_;
-    std::vector<Node> nodes_;
-    std::map<SessionId, std::size_t> sessions_;
-    SessionId next_session_ = 1;
+    World world_;
+    FarmChecks checks_;
+    std::deque<SimulatedWorker> workers_;
+    std::vector<std::unique_ptr<SimulatedClient>> clients_;
+    std::unique_ptr<SimulatedMaster> master_;
     std::uint64_t next_instance_ = 1;
-    std::priority_queue<Event> events_;
-    std::uint64_t events_made_ = 0;
-    double now_s_ = 0;
-    std::size_t finished_ = 0;
-    std::uint64_t most_results_held_ = 0;
+    std::map<HostId, double> calm_since_s_;
+    double master_calm_since_s_ = 0;
+    std::uint64_t progress_ = 0;  ///< changes when something was achieved
+    double progress_s_ = 0;       ///< when it changed last
 };
-
-/// The result that the job must have: every particle traced once, by nobody's leave.
-Solution reference_solution(const JobSpec& spec);
 
 }  // namespace lumenfarm::testing

@@ -96,7 +96,7 @@ int is_reserved(sqlite3_file*, int* reserved) {
 
 int control_file(sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; }
 int sector_of_file(sqlite3_file*) { return static_cast<int>(sector_bytes); }
-int promises_of_file(sqlite3_file*) { return 0; }
+int promises_of_file(sqlite3_file*) { return SQLITE_IOCAP_POWERSAFE_OVERWRITE; }
 
 constexpr sqlite3_io_methods make_methods() {
     sqlite3_io_methods methods{};

@@ -156,6 +156,30 @@ TEST_F(WorkerTest, FetchGoesOnAfterAReconnect) {
     EXPECT_TRUE(sent<wire::ManifestRequest>());
 }
 
+/// The second job is prepared with the scene that the first one has fetched, and then hears that the cache lacks it.
+TEST_F(WorkerTest, SceneIsNotFetchedForJobsThatHaveIt) {
+    welcome();
+    hear(info());
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    hear(wire::Manifest(wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))));
+    wire::JobInfo second = info();
+    second.job = 2;
+    hear(second);
+    hear(wire::Chunk(scene_digest(bytes_), 0, bytes_));
+    ASSERT_EQ(all<PrepareJob>().size(), 2u);
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    ASSERT_TRUE(sent<wire::ManifestRequest>()) << "both are still being made";
+    hear(wire::Manifest(wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))));
+    for (const JobId job : {1u, 2u}) {
+        auto scene = std::make_shared<SceneContext>();
+        scene->scene = decode_scene(bytes_).value();
+        scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
+        take(core_.on_job_prepared(job, make_job_context(info(), scene), now_s_));
+    }
+    hear(wire::Chunk(scene_digest(bytes_), 0, bytes_));
+    EXPECT_FALSE(sent<wire::ManifestRequest>());
+}
+
 TEST_F(WorkerTest, SceneThatStaysDamagedReturnsTheLeases) {
     welcome();
     hear(info());
@@ -205,6 +229,50 @@ TEST_F(WorkerTest, RefusedResultIsForgotten) {
     EXPECT_EQ(core_.particles_merged(), 0u);
 }
 
+/// A result of maps that is refused ends a lease in the midst of a set. Were the set gone on with, the next result
+/// would be refused because of it, and end the next lease in the midst of its set, for ever.
+TEST_F(WorkerTest, SlotsLeaveWhatTheyTraceOfARefusedLease) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1, 100'000));
+    hear(lease(2, 100'000));
+    hear(lease(3, 100'000));
+    SlotReport closed;
+    closed.set_left = true;
+    closed.result = parcel(lease(1, 100'000), 2'048);
+    take(core_.on_slot(0, std::move(closed), now_s_));
+    ASSERT_EQ(all<ContinueSlot>().size(), 1u);
+    const auto done = pump();
+    ASSERT_EQ(done.size(), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "expired"));
+    ASSERT_EQ(all<InterruptSlot>().size(), 1u) << "the other slot goes on";
+    EXPECT_EQ(find<InterruptSlot>()->slot, 0u);
+    EXPECT_EQ(find<InterruptSlot>()->ask, SlotAsk::abandon);
+    ASSERT_TRUE(sent<wire::ReturnLeases>());
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases, (std::vector<wire::LeaseRef>{{1, 1}}));
+    ASSERT_TRUE(sent<wire::Pull>()) << "a return takes the wish for more back";
+    take(core_.on_slot(0, SlotReport{}, now_s_));
+    ASSERT_EQ(all<StartSlot>().size(), 1u);
+    EXPECT_EQ(find<StartSlot>()->work.lease, 3u);
+}
+
+TEST_F(WorkerTest, LeftLeasesAreNotStatedAfterAReconnect) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1, 100'000));
+    SlotReport closed;
+    closed.set_left = true;
+    closed.result = parcel(lease(1, 100'000), 2'048);
+    take(core_.on_slot(0, std::move(closed), now_s_));
+    const auto done = pump();
+    ASSERT_EQ(done.size(), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "expired"));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    take(core_.on_connect(now_s_));
+    hear(wire::Welcome(1));
+    EXPECT_TRUE(sent<wire::Progress>()->leases.empty()) << "its slot still traces the last slice";
+}
+
 TEST_F(WorkerTest, CreditBoundsWhatIsUnderWayAndASlowMasterSlowsTheSlots) {
     welcome();
     ready();
@@ -236,6 +304,26 @@ TEST_F(WorkerTest, MapsAreHandedOverWhenLateOrIdle) {
     EXPECT_EQ(all<InterruptSlot>().size(), 2u) << "flush_seconds have passed";
     take(core_.on_slot(1, open, now_s_));
     ASSERT_TRUE(find<TellSlot>()) << "nothing is left to trace";
+    EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
+}
+
+/// Sets of one slice end before they hear of it; were that forgotten, their sums would stay open for ever.
+TEST_F(WorkerTest, LateMapsAreHandedOverThoughTheSetEndsBeforeTheInterrupt) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1));
+    hear(lease(2));
+    hear(lease(3));
+    now_s_ = 2;
+    take(core_.tick(now_s_));
+    EXPECT_EQ(all<InterruptSlot>().size(), 2u);
+    now_s_ = 2.1;
+    take(core_.tick(now_s_));
+    EXPECT_TRUE(all<InterruptSlot>().empty()) << "asked once";
+    SlotReport open;
+    open.set_finished = open.open = true;
+    take(core_.on_slot(0, open, now_s_));
+    ASSERT_TRUE(find<TellSlot>());
     EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
 }
 
