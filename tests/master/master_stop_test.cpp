@@ -99,13 +99,13 @@ TEST_F(StoppingMaster, AnswersACancelThatIsBeingStored) {
     join(ann, 11);
     pull(ann, 1);
     disk_held_ = true;
-    take(master_.on_message(embedding_session, wire::CancelRequest(job), 5, now_s_));
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::cancel), 5, now_s_));
     const auto record = find<StoreRecord>();
     ASSERT_TRUE(record);
     take(master_.stop(now_s_));
     EXPECT_FALSE(master_.stopped());
     take(master_.on_record_stored(*record, {}, now_s_));
-    EXPECT_TRUE(sent<wire::CancelReply>(embedding_session));
+    EXPECT_TRUE(sent<wire::ControlReply>(embedding_session));
     EXPECT_TRUE(master_.stopped());
 }
 
@@ -151,7 +151,9 @@ TEST_F(MasterTest, SummaryIsALineThatAPersonReads) {
     submit(records_job(), 1);
     join(ann, 11);
     deliver(ann, trace(pull(ann, 1)[0], 1));
-    submit(records_job(), 2);
+    JobSpec later = records_job();
+    later.priority = -1;
+    submit(later, 2);
     EXPECT_EQ(master_.summary(now_s_), "job 1 at 10 %; 1 job waits; 1 worker with 2 threads");
     disk_held_ = true;
     const auto result = trace(pull(ann, 1)[0], 2);

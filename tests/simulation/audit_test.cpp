@@ -12,7 +12,7 @@ struct AuditedFarm {
     JobSpec spec;
     FarmOptions options;
     AuditedFarm(std::uint64_t seed, Packing packing, std::uint64_t keep_hits) {
-        spec.particles = 400'000;
+        spec.particles = 800'000;
         spec.particles_per_set = 200;
         spec.seed = seed;
         spec.texel_m = 0.25;
@@ -34,10 +34,10 @@ struct Packed {
 
 class LyingWorkers : public ::testing::TestWithParam<Packed> {};
 
-/// The liar has 500 sets of the job, of which 25 are wrong; a seed may let it through.
+/// The liar has 1,000 sets of the job, of which 50 are wrong; a seed may let it through.
 TEST_P(LyingWorkers, AreFoundAndWhatTheyTracedIsTracedAgain) {
     int found = 0, retracted_later = 0;
-    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         SCOPED_TRACE(seed);
         const AuditedFarm audited(seed, GetParam().packing, GetParam().keep_hits);
         Farm farm(audited.spec, audited.options);

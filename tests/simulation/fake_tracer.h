@@ -28,7 +28,7 @@ public:
         for (std::uint64_t i = range.first; i < range.first + range.count; ++i) trace_one(spec, range.light, i, hits);
     }
 
-private:
+protected:
     /// Made once for thousands of farms.
     static const Emission& emission_of_small_scene() {
         static const Emission emission = make_emission(small_scene()).value();
@@ -42,6 +42,7 @@ private:
         return x ^ (x >> 31);
     }
 
+private:
 private:
     void trace_one(const JobSpec& spec, std::uint32_t light, std::uint64_t particle, TracedHits& hits) const {
         std::uint64_t random = mix(mix(spec.seed * 1'000 + light) ^ particle);

@@ -57,7 +57,7 @@ constexpr double answer_seconds_max =
 class Farm {
 public:
     Farm(const std::vector<ClientPlan>& clients, const FarmOptions& options);
-    Farm(const JobSpec& spec, const FarmOptions& options) : Farm({ClientPlan{spec, 0, {}}}, options) {}
+    Farm(const JobSpec& spec, const FarmOptions& options) : Farm({ClientPlan(spec)}, options) {}
 
     /// Runs until every client was told that its job is over. False when something was violated.
     bool run();

@@ -46,6 +46,11 @@ public:
     void on_leases_stated(WorkerId worker) { present_.insert(worker); }
     /// The master knows that the worker's session has ended.
     void on_worker_left(WorkerId worker) { present_.erase(worker); }
+    /// A client wants the job to go on though it may be over.
+    void on_extension_asked(JobId job) {
+        ends_.erase(job);
+        cancelled_.erase(job);
+    }
     /// The master says so to a worker or a client, of which `to` is the instance.
     void on_sent(const MasterCore& core, std::uint64_t to, const wire::Message& message);
     void before_tick(const MasterCore& core);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 /// Somebody with a job: submits it, perhaps pauses, extends or cancels it, asks how it goes until it is over. Asks
@@ -14,6 +15,7 @@
 namespace lumenfarm::testing {
 
 struct ClientPlan {
+    explicit ClientPlan(JobSpec spec_ = {}) : spec(std::move(spec_)) {}
     JobSpec spec;
     double submit_s = 0;
     // after the master has taken the job

@@ -107,6 +107,8 @@ void SimulatedMaster::on_open(ConnectionId connection) {
 void SimulatedMaster::on_message(ConnectionId connection, wire::Message message, std::uint64_t request_id) {
     if (const auto* hello = std::get_if<wire::Hello>(&message)) sessions_[connection] = *hello;
     if (std::holds_alternative<wire::Progress>(message)) checks_.on_leases_stated(sessions_[connection].instance);
+    if (const auto* control = std::get_if<wire::ControlRequest>(&message))
+        if (control->action == wire::JobAction::extend) checks_.on_extension_asked(control->job);
     carry_out(core_->on_message(connection, std::move(message), request_id, world_.now_s()));
 }
 
