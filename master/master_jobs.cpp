@@ -149,9 +149,10 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     const Ledger& ledger = job.active->ledger();
     const bool waited = job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s);
     if (job.phase == Phase::ending && waited) audits_.drop(job.record.id());
-    const bool whole = ledger.complete() && ledger.particles() == job.record.spec.particles;
+    const bool extended = ledger.particles() != job.record.spec.particles;  // since it was prepared
+    const bool whole = ledger.complete() && !extended;
     if ((whole || waited) && is_questioned(job)) return;
-    if (whole || (waited && job.record.cancel_asked)) return end_with_solution(job, now_s);
+    if (whole || (waited && job.record.cancel_asked && !extended)) return end_with_solution(job, now_s);
     if (waited) put_aside(job, now_s);
 }
 
