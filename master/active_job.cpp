@@ -48,7 +48,7 @@ std::optional<Outcome> ActiveJob::take(WorkerId worker, StagedResult& result, wi
     if (verdict == ClaimVerdict::being_stored) return std::nullopt;
     Outcome outcome = outcome_of(verdict);
     if (const auto whole = result.complete(std::move(done)); !whole)
-        outcome = {result.without_room() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
+        outcome = {result.blameless() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
     if (outcome.verdict == wire::Verdict::accepted) {
         ledger_.store(claims);
         return outcome;

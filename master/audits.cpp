@@ -7,13 +7,14 @@
 
 namespace lumenfarm {
 
-void Audits::begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, double patience_s,
-                   std::uint64_t keep_threshold, std::uint64_t fingerprint) {
+void Audits::begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, double now_s,
+                   double patience_s, std::uint64_t keep_threshold, std::uint64_t fingerprint) {
     Audit audit;
     audit.job = job;
     audit.ranges.assign(ranges.begin(), ranges.end());
     for (const ParticleRange& range : ranges) audit.particles += range.count;
     audit.patience_s = patience_s;
+    audit.waits_since_s = now_s;
     audit.keep_threshold = keep_threshold;
     audit.said.emplace(worker, fingerprint);
     audits_.emplace(++begun_, std::move(audit));
@@ -111,12 +112,20 @@ void Audits::forget(WorkerId worker, LeaseId only) {
     dismiss(id);
 }
 
-void Audits::expire(double now_s) {
-    for (auto& [id, audit] : audits_) {
-        if (!audit.witness || now_s <= audit.witness->begun_s + audit.patience_s) continue;
-        audit.given_up.insert(audit.witness->worker);
-        dismiss(id);
+std::uint64_t Audits::expire(double now_s) {
+    std::uint64_t dropped = 0;
+    for (auto it = audits_.begin(); it != audits_.end();) {
+        auto& [id, audit] = *it++;
+        if (audit.witness && now_s > audit.witness->begun_s + audit.patience_s) {
+            audit.given_up.insert(audit.witness->worker);
+            dismiss(id);
+            audit.waits_since_s = now_s;
+        } else if (!audit.witness && audit.said.size() < 2 && now_s > audit.waits_since_s + audit.patience_s) {
+            erase(AuditId{id});
+            ++dropped;
+        }
     }
+    return dropped;
 }
 
 void Audits::drop(JobId job) {

@@ -29,9 +29,10 @@ public:
         std::vector<WorkerId> honest, liars;
     };
 
-    /// What `worker` has said of the particles is to be verified, by workers that take `patience_s` at most.
+    /// What `worker` has said of the particles is to be verified, by workers that take `patience_s` at most to begin,
+    /// and as much to end.
     /// `fingerprint`: result_fingerprint() with this threshold.
-    void begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, double patience_s,
+    void begin(JobId job, WorkerId worker, std::span<const ParticleRange> ranges, double now_s, double patience_s,
                std::uint64_t keep_threshold, std::uint64_t fingerprint);
 
     /// Whether give() has something.
@@ -48,8 +49,9 @@ public:
     /// The worker will not finish what it has: others begin anew. `only`: of one lease's audit.
     void forget(WorkerId worker);
     void forget(WorkerId worker, LeaseId only);
-    /// Workers that have taken too long are given up, as if they had no part in it.
-    void expire(double now_s);
+    /// Workers that have taken too long are given up, as if they had no part in it. Audits that nobody has begun for
+    /// too long are dropped, unless two workers differ; says how many.
+    std::uint64_t expire(double now_s);
     /// Drops all audits of the job, or those that nobody of `workers` can carry on and where no two differ yet; says
     /// how many.
     void drop(JobId job);
@@ -74,6 +76,7 @@ private:
         std::vector<ParticleRange> ranges;
         std::uint64_t particles = 0;
         double patience_s = 0;
+        double waits_since_s = 0;  ///< for a witness
         std::uint64_t keep_threshold = 0;
         std::map<WorkerId, std::uint64_t> said;  ///< fingerprints
         std::set<WorkerId> given_up;

@@ -29,14 +29,14 @@ std::vector<ParticleRange> ranges_of(const wire::ResultDone& done) {
 }  // namespace
 
 /// By a chance that no worker can foresee.
-void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t ticket) {
+void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s) {
     const double chance =
         std::ldexp(static_cast<double>(XXH3_64bits_withSeed(&ticket, sizeof ticket, policy_.audit_key)), -64);
     if (job.phase != Phase::running || chance >= policy_.audit_fraction) return;
     const std::uint64_t threshold = job.active->keep_threshold();
     const wire::ResultDone& done = stored.result->done();
     const double patience_s = limits::audit_seconds + limits::audit_slowness_max * done.trace_seconds;
-    audits_.begin(job.record.id(), stored.worker, ranges_of(done), patience_s, threshold,
+    audits_.begin(job.record.id(), stored.worker, ranges_of(done), now_s, patience_s, threshold,
                   result_fingerprint(*stored.result, threshold, policy_.audit_key));
 }
 
@@ -66,7 +66,7 @@ bool MasterCore::take_audit(Session& session, StagedResult& result, wire::Result
     if (!audit || audits_.job(*audit) != job) {
         outcome = {wire::Verdict::stale, "it covers particles that this worker was not to trace again"};
     } else if (const auto whole = result.complete(std::move(done)); !whole) {
-        outcome = {result.without_room() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
+        outcome = {result.blameless() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
     }
     if (outcome.verdict != wire::Verdict::accepted) {
         audits_.forget(session.instance(), claims.front().lease);

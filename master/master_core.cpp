@@ -64,7 +64,7 @@ Effects MasterCore::tick(double now_s) {
         pause_if_stuck(job, now_s);
         end_if_finished(job, now_s);
     }
-    audits_.expire(now_s);
+    count(Discard::audit_hopeless, audits_.expire(now_s));
     try_again(now_s);
     remove_old_jobs(now_s);
     give_twins(now_s);

@@ -236,7 +236,7 @@ private:
     void answer_askers(Job& job);
 
     // results that are traced again (master_audit.cpp)
-    void audit(const Job& job, const Storing& stored, std::uint64_t ticket);
+    void audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s);
     bool give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s);
     bool take_audit(Session& session, StagedResult& result, wire::ResultDone& done, double now_s);
     void condemn(WorkerId liar, JobId found_in, double now_s);

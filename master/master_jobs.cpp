@@ -159,6 +159,7 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
 void MasterCore::end_with_solution(Job& job, double now_s) {
     JobRecord& record = job.record;
     record.complete = job.active->ledger().complete();
+    record.paused = false;  // the last results came while it was being paused
     record.status = counts_of(job, now_s);
     record.status.leased = 0;
     record.status.workers = 0;

@@ -74,7 +74,7 @@ void MasterCore::commit(std::uint64_t ticket, double now_s) {
     --job.results_on_their_way;
     job.active->commit(*storing.result);
     job.contributors.insert(storing.worker);
-    if (policy_.audit_fraction > 0) audit(job, storing, ticket);
+    if (policy_.audit_fraction > 0) audit(job, storing, ticket, now_s);
     answer(storing.worker, storing.job, storing.result->number(), {}, now_s);
     for (const auto& [worker, done] : storing.repeated) {
         job.active->take_back(worker, claims_of(done));

@@ -77,10 +77,10 @@ void MasterCore::on_part(Session& session, Part part) {
     const std::size_t before = open.bytes();
     const Job* job = find(id.job);
     if (!job || !job->active) {
-        open.refuse("the job is over");
+        open.refuse_blamelessly("the job did not run when its result came");
     } else if (before + limits::frame_payload_bytes_max > limits::staged_result_bytes_max ||
                staged_bytes_ + limits::frame_payload_bytes_max > limits::staged_bytes_max) {
-        open.refuse_for_room();
+        open.refuse_blamelessly("the master has no room for the result");
         count(Discard::staging_full);
     } else {
         open.add(job->record.spec, job->active->prepared(), std::move(part));

@@ -62,9 +62,9 @@ void StagedResult::refuse(std::string sentence) {
     bytes_ = 0;
 }
 
-void StagedResult::refuse_for_room() {
-    without_room_ = without_room_ || fault_.empty();
-    refuse("the master has no room for the result");
+void StagedResult::refuse_blamelessly(std::string sentence) {
+    blameless_ = blameless_ || fault_.empty();
+    refuse(std::move(sentence));
 }
 
 bool StagedResult::next_part(const wire::PartId& part, std::size_t part_bytes) {

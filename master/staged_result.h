@@ -31,9 +31,9 @@ public:
     std::size_t bytes() const { return bytes_; }
     const std::string& fault() const { return fault_; }
     void refuse(std::string sentence);
-    /// Not the worker's fault: the master has no memory for it now.
-    void refuse_for_room();
-    bool without_room() const { return without_room_; }
+    /// Not the worker's fault: the master has no memory for it now, or the job was put aside meanwhile.
+    void refuse_blamelessly(std::string sentence);
+    bool blameless() const { return blameless_; }
 
     /// ResultHits, ResultMap and ResultKept as they came; the last one is the ResultDone once the result is complete.
     const std::vector<wire::Message>& messages() const { return messages_; }
@@ -50,7 +50,7 @@ private:
     std::size_t bytes_ = 0;
     std::uint64_t record_hits_ = 0, texel_hits_ = 0, surface_hits_ = 0;
     std::string fault_;
-    bool without_room_ = false;
+    bool blameless_ = false;
     std::vector<wire::Message> messages_;
 };
 

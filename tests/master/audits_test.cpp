@@ -15,7 +15,7 @@ const std::array ranges{ParticleRange{0, 100, 50}, ParticleRange{1, 0, 20}};
 
 class AuditsTest : public ::testing::Test {
 protected:
-    AuditsTest() { audits_.begin(job, ann, ranges, 100, 9, truth); }
+    AuditsTest() { audits_.begin(job, ann, ranges, 0, 100, 9, truth); }
 
     /// The worker traces both ranges again, and says so in two results.
     std::optional<Audits::Finding> testify(WorkerId worker, std::uint64_t fingerprint) {
@@ -84,6 +84,15 @@ TEST_F(AuditsTest, WorkerThatTakesTooLongIsGivenUp) {
     EXPECT_TRUE(audits_.has_set(job, cid));
 }
 
+TEST_F(AuditsTest, AuditThatNobodyBeginsIsDroppedUnlessTwoDiffer) {
+    EXPECT_EQ(audits_.expire(100), 0u);
+    EXPECT_EQ(audits_.expire(101), 1u);
+    audits_.begin(job, ann, ranges, 0, 100, 9, truth);
+    EXPECT_FALSE(testify(bob, truth + 1));
+    EXPECT_EQ(audits_.expire(1'000), 0u);
+    EXPECT_EQ(audits_.pending(job), 1u);
+}
+
 TEST_F(AuditsTest, ClaimsThatAreNotOwedAreNotTaken) {
     const Audits::Set set = audits_.give(job, bob, 1, 0);
     const auto check = [&](WorkerId worker, const Claim& claim) {
@@ -105,7 +114,7 @@ TEST_F(AuditsTest, AuditThatNobodyCanCarryOutIsDroppedUnlessTwoDiffer) {
     EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
     EXPECT_EQ(audits_.drop_hopeless(job, {ann}), 1u);
     EXPECT_EQ(audits_.pending(job), 0u);
-    audits_.begin(job, ann, ranges, 100, 9, truth);
+    audits_.begin(job, ann, ranges, 0, 100, 9, truth);
     EXPECT_FALSE(testify(bob, truth + 1));
     EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
     audits_.drop(job);

@@ -108,6 +108,35 @@ TEST_F(ControlTest, JobThatIsResumedWhileItIsBeingPutAsideGoesOn) {
     EXPECT_TRUE(find<Prepare>());
 }
 
+TEST_F(ControlTest, JobWhoseLastResultsComeWhileItIsPausedIsDoneAndCanBeExtended) {
+    JobSpec spec = records_job();
+    spec.particles_per_set = 10'000;
+    const JobId job = submit(spec, 1);
+    join(ann, 11);
+    const auto leases = pull(ann, 2);
+    control(job, JobAction::pause);
+    for (const auto& lease : leases) deliver(ann, trace(lease, ++results_));
+    store_solution();
+    EXPECT_EQ(state(job), JobState::done);
+    control(job, JobAction::extend, 20'000);
+    EXPECT_TRUE(prepare_);
+}
+
+TEST_F(ControlTest, JobThatIsExtendedAndThenCancelledIsPreparedAnewBeforeItEnds) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    pull(ann, 1);
+    control(job, JobAction::extend, 20'000);
+    control(job, JobAction::cancel);
+    now_s_ += limits::finish_seconds + 1;
+    take(master_.tick(now_s_));
+    put_aside();
+    EXPECT_FALSE(solution_);
+    prepare(half_done());
+    ASSERT_TRUE(solution_);
+    EXPECT_EQ(solution_->record.spec.particles, 20'000u);
+}
+
 TEST_F(ControlTest, QueuedJobIsPausedAndResumed) {
     JobSpec spec = records_job();
     spec.priority = 5;

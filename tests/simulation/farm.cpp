@@ -98,9 +98,13 @@ void Farm::check_progress() {
     for (const SimulatedWorker& worker : workers_)
         if (worker.traces()) fit_since_s = std::min(fit_since_s, calm_since_s_[worker.host()]);
     const double since_s = std::max({progress_s_, fit_since_s, master_calm_since_s_});
-    if (now_s() > since_s + progress_seconds_max)
-        checks_.violated("nothing is achieved for " + std::to_string(progress_seconds_max) +
-                         " s, and a worker lives and is reached");
+    if (now_s() <= since_s + progress_seconds_max) return;
+    std::string why;
+    for (const auto& client : clients_)
+        if (const auto status = core ? core->status(client->job(), now_s()) : std::nullopt)
+            why += "; " + status->sentence;
+    checks_.violated("nothing is achieved for " + std::to_string(progress_seconds_max) +
+                     " s, and a worker lives and is reached" + why);
 }
 
 void Farm::check_answers() {
