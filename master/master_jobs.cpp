@@ -112,6 +112,8 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
         end_with_failure(*job, recovered.error().sentence, now_s);
         return settle_and_take(now_s);
     }
+    // that they ended may not be on the disk yet
+    if (job->was_put_aside) recovered->leases.clear();
     job->active =
         std::make_unique<ActiveJob>(record.spec, std::move(*recovered), now_s, now_s + limits::restart_seconds);
     const bool extended = job->active->ledger().particles() != record.spec.particles;
@@ -183,6 +185,7 @@ void MasterCore::put_aside(Job& job, double now_s) {
     job.record.status.particles_per_second = 0;
     job.record.status.eta_seconds.reset();
     job.phase = Phase::put_aside;
+    job.was_put_aside = true;
     store_record(job);
     effects_.push_back(PutAside{job.record.id(), effort_of(job, now_s)});
     job.active.reset();

@@ -96,6 +96,21 @@ TEST_F(ControlTest, ResumedJobGoesOnFromWhatTheDiskHas) {
     EXPECT_EQ(results_, 6u) << "the other half was there already";
 }
 
+TEST_F(ControlTest, LeasesOfBeforeAJobWasPutAsideDoNotComeBack) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    const auto lease = pull(ann, 1)[0];
+    control(job, JobAction::pause);
+    now_s_ += limits::finish_seconds + 1;
+    take(master_.tick(now_s_));
+    put_aside();
+    control(job, JobAction::resume);
+    RecoveredJob recovered;
+    recovered.leases = {{lease.lease, 11, lease.range}};
+    prepare(std::move(recovered));
+    EXPECT_EQ(master_.status(job, now_s_)->leased, 0u);
+}
+
 TEST_F(ControlTest, JobThatIsResumedWhileItIsBeingPutAsideGoesOn) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);
