@@ -75,7 +75,10 @@ void WorkerCore::greet(double now_s) {
     // after this long the master has given the leases to others
     if (lost_s_ && now_s - *lost_s_ > limits::reconnect_seconds) queue_.clear();
     lost_s_.reset();
-    returns_.clear();
+    // what is not stated is taken back without a word; what results still claim is stated, and goes back after them
+    for (auto& [reason, leases] : returns_)
+        std::erase_if(leases, [&](const wire::LeaseRef& lease) { return !claimed(lease.lease); });
+    std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
     send(wire::Progress(0, leases_held()));
     if (!fetch_) return;
     for (wire::Message& request : fetch_->begin_session()) send(std::move(request));
@@ -127,7 +130,11 @@ void WorkerCore::send_returns() {
         const auto waiting = std::partition(leases.begin(), leases.end(),
                                             [&](const wire::LeaseRef& lease) { return claimed(lease.lease); });
         if (waiting == leases.end()) continue;
-        send(wire::ReturnLeases(reason, {waiting, leases.end()}));
+        for (auto next = waiting; next != leases.end();) {
+            const auto count = std::min<std::ptrdiff_t>(leases.end() - next, limits::leases_per_worker_max);
+            send(wire::ReturnLeases(reason, {next, next + count}));
+            next += count;
+        }
         leases.erase(waiting, leases.end());
         // the master takes the wish back with them
         if (reason == wire::ReturnReason::ending) wished_ = 0;

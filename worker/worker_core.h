@@ -106,7 +106,6 @@ private:
     void interrupt_late(double now_s);
     void return_queued(JobId only);
     void leave_refused(const Parcel& refused);
-    void return_slot(std::size_t index);
     bool idle() const;
 
     // results and the session (worker_core.cpp)

@@ -109,24 +109,24 @@ void WorkerCore::return_queued(JobId only) {
 }
 
 /// The master has taken every lease of a refused result back. Slots that go on with one of them would only make
-/// results that are refused, too, and take further leases along.
+/// results that are refused, too, and take further leases along. All are returned: a new life of the master may have
+/// forgotten that it took them back.
 void WorkerCore::leave_refused(const Parcel& refused) {
+    std::map<std::uint64_t, std::uint32_t> left;  // lease and epoch
+    for (const wire::Claim& claim : refused.claims) left.emplace(claim.lease, claim.epoch);
+    const std::map<std::uint64_t, std::uint32_t> named = left;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
         const Slot& slot = slots_[i];
-        const auto concerns = [&](const wire::Claim& claim) {
-            return (slot.lease && slot.lease->lease == claim.lease) || slot.open_leases.contains(claim.lease);
-        };
+        const auto concerns = [&](const auto& open) { return named.contains(open.first); };
         if (slot.abandoned || slot.job != refused.job) continue;
-        if (std::any_of(refused.claims.begin(), refused.claims.end(), concerns)) return_slot(i);
+        if (std::none_of(slot.open_leases.begin(), slot.open_leases.end(), concerns) &&
+            !(slot.lease && named.contains(slot.lease->lease)))
+            continue;
+        if (slot.lease) left.emplace(slot.lease->lease, slot.lease->epoch);
+        left.insert(slot.open_leases.begin(), slot.open_leases.end());
+        stop_slot(i, SlotAsk::abandon);
     }
-}
-
-/// Throws away what a slot has, and gives its leases back.
-void WorkerCore::return_slot(std::size_t index) {
-    Slot& slot = slots_[index];
-    if (slot.lease) slot.open_leases.emplace(slot.lease->lease, slot.lease->epoch);
-    for (const auto& [lease, epoch] : slot.open_leases) returns_[wire::ReturnReason::ending].emplace_back(lease, epoch);
-    stop_slot(index, SlotAsk::abandon);
+    for (const auto& [lease, epoch] : left) returns_[wire::ReturnReason::ending].emplace_back(lease, epoch);
 }
 
 bool WorkerCore::idle() const {

@@ -273,6 +273,46 @@ TEST_F(WorkerTest, LeftLeasesAreNotStatedAfterAReconnect) {
     EXPECT_TRUE(sent<wire::Progress>()->leases.empty()) << "its slot still traces the last slice";
 }
 
+TEST_F(WorkerTest, ReturnsThatWaitForAResultOutliveAReconnect) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1, 100'000));
+    for (int i = 0; i < 2; ++i) {
+        SlotReport closed;
+        closed.set_left = true;
+        closed.result = parcel(lease(1, 100'000), 2'048);
+        take(core_.on_slot(0, std::move(closed), now_s_));
+    }
+    const auto before = pump();
+    ASSERT_EQ(before.size(), 2u);
+    hear(wire::ResultAck(1, before[0].result, wire::Verdict::stale, "expired"));
+    EXPECT_FALSE(sent<wire::ReturnLeases>()) << "the second result claims the lease";
+    take(core_.on_slot(0, SlotReport{}, now_s_));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    take(core_.on_connect(now_s_));
+    hear(wire::Welcome(1));
+    EXPECT_EQ(sent<wire::Progress>()->leases.size(), 1u);
+    hear(info(Packing::maps));
+    const auto again = pump();
+    ASSERT_EQ(again.size(), 1u);
+    hear(wire::ResultAck(1, again[0].result, wire::Verdict::accepted));
+    ASSERT_TRUE(sent<wire::ReturnLeases>()) << "nobody would trace the rest of it";
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases, (std::vector<wire::LeaseRef>{{1, 1}}));
+}
+
+/// A new life of the master may have forgotten that an earlier one took the lease back, and wait for the rest of it.
+TEST_F(WorkerTest, LeasesOfRefusedResultsAreReturnedThoughNoSlotHasThem) {
+    welcome();
+    ready();
+    hear(lease(1));
+    finish_set(0, lease(1));
+    const auto done = pump();
+    ASSERT_EQ(done.size(), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "expired"));
+    ASSERT_TRUE(sent<wire::ReturnLeases>());
+    EXPECT_EQ(sent<wire::ReturnLeases>()->leases, (std::vector<wire::LeaseRef>{{1, 1}}));
+}
+
 TEST_F(WorkerTest, CreditBoundsWhatIsUnderWayAndASlowMasterSlowsTheSlots) {
     welcome();
     ready();
