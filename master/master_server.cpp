@@ -45,7 +45,6 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     if (!storage) return storage.error();
     auto begun = (*storage)->start();
     if (!begun) return begun.error();
-    for (const std::string& warning : begun->warnings) spdlog::warn("{}", warning);
     const auto fingerprint = transport_fingerprint(options.isa);
     if (!fingerprint) return fingerprint.error();
 
@@ -56,10 +55,12 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
     policy.checkpoint_seconds = options.checkpoint_seconds;
+    policy.dead_seconds = options.dead_seconds;
+    policy.reconnect_seconds = options.reconnect_seconds;
     auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(*storage));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();
-    running->run(std::move(begun->records));
+    running->run(std::move(begun->records), begun->warnings);
     return std::unique_ptr<MasterServer>(new MasterServer(std::move(running)));
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/support/limits.h"
 #include "common/support/result.h"
 #include "master/effects.h"
 #include "proto/messages.h"
@@ -29,6 +30,8 @@ struct MasterOptions {
     double set_target_seconds = 2;
     double flush_seconds = 2;
     double checkpoint_seconds = 10;
+    double dead_seconds = limits::dead_seconds;  ///< REQUIRED: within limits::dead_seconds_min and _max
+    double reconnect_seconds = limits::reconnect_seconds;
     std::string isa;  ///< of the trace that gives the fingerprint; empty: the best of this machine
 };
 

@@ -99,9 +99,7 @@ void PrintTo(const FailPoint& point, std::ostream* out) { *out << point.call; }
 class FailPoints : public CrashingFarm, public ::testing::WithParamInterface<FailPoint> {};
 
 TEST_P(FailPoints, MasterThatIsKilledThereStartsAgainAndLosesNothing) {
-    const auto tracer =
-        std::make_unique<Process>(std::vector<std::string>{"/usr/bin/env", "strace", "-o", "/dev/null", "true"});
-    if (tracer->wait() != 0) GTEST_SKIP() << "strace can't be used here: " << tracer->err();
+    if (!succeeds({"strace", "-o", "/dev/null", "true"})) GTEST_SKIP() << "strace can't be used here";
     start_master();
     const auto first = start_worker("first"), second = start_worker("second");
     submit_next();

@@ -32,11 +32,6 @@ protected:
         EXPECT_EQ(status.at("digest").as_string(),
                   solution_digest(test::traced_run(mixed_room(), spec).solution).hex());
     }
-    /// Whether the command can be used here, and is.
-    static bool works(std::vector<std::string> command) {
-        command.insert(command.begin(), "/usr/bin/env");
-        return Process(std::move(command)).wait() == 0;
-    }
 };
 
 TEST_F(FarmOnABadDisk, FullDiskPausesTheJobWithItsReasonAndItGoesOnWhenThereIsRoom) {
@@ -45,7 +40,7 @@ TEST_F(FarmOnABadDisk, FullDiskPausesTheJobWithItsReasonAndItGoesOnWhenThereIsRo
     const std::string mount = "mkdir -p " + path("store") + " && mount -t tmpfs -o size=1G none " + path("store");
     auto trial = apart;
     trial.push_back(mount);
-    if (!works(trial)) GTEST_SKIP() << "no file system can be mounted here";
+    if (!succeeds(trial)) GTEST_SKIP() << "no file system can be mounted here";
     auto under = apart;
     under.push_back(mount + " && head -c 1022M /dev/zero > " + path("store") + R"(/ballast && exec "$@")");
     under.push_back("sh");
@@ -68,7 +63,7 @@ TEST_F(FarmOnABadDisk, FullDiskPausesTheJobWithItsReasonAndItGoesOnWhenThereIsRo
 }
 
 TEST_F(FarmOnABadDisk, DiskThatFailsEndsTheMasterAndTheNextOneGoesOn) {
-    if (!works({"strace", "-o", "/dev/null", "true"})) GTEST_SKIP() << "strace can't be used here";
+    if (!succeeds({"strace", "-o", "/dev/null", "true"})) GTEST_SKIP() << "strace can't be used here";
     start_master();
     const auto first = start_worker("first"), second = start_worker("second");
     submit();

@@ -9,10 +9,13 @@
 
 #include <boost/json.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -114,6 +117,19 @@ protected:
                 if (worker.name == name && wanted(worker)) return true;
             return false;
         });
+    }
+
+    /// How often `reasons` of the group have come up since the master started.
+    static std::uint64_t counted(const wire::StatusReply& farm, std::string_view group,
+                                 std::initializer_list<std::string_view> reasons) {
+        std::uint64_t sum = 0;
+        for (const auto& each : farm.counts)
+            if (each.group == group && std::find(reasons.begin(), reasons.end(), each.reason) != reasons.end())
+                sum += each.count;
+        return sum;
+    }
+    bool until_farm(const std::function<bool(const wire::StatusReply&)>& wanted) const {
+        return look_until<wire::StatusReply>(wire::StatusRequest(std::nullopt), wanted);
     }
 
     Folder folder_;

@@ -30,7 +30,7 @@ struct FarmOptions {
     double seconds_between_crashes = 0;     ///< of workers, which start again as new processes
     double seconds_between_power_cuts = 0;  ///< of the master; it starts again with what the disk has left
     double seconds_between_full_disks = 0;  ///< for some seconds each
-    double disk_failures = 0;                   ///< chance that a write or a sync fails; the master starts again
+    double disk_failures = 0;               ///< chance that a write or a sync fails; the master starts again
     double checkpoint_seconds = 10;
     bool one_worker_sleeps = false;  ///< is alive, and traces nothing for a very long time
 };
@@ -121,6 +121,7 @@ private:
     void carry_out(StoreSnapshot& store);
     void carry_out(StoreRecord& store);
     void carry_out(StoreSolution& store);
+    void carry_out(Discarded&) {}
     void to_worker(SessionId session, wire::Message message);
 
     void carry_out(std::size_t index, worker::Effects effects);
@@ -134,6 +135,7 @@ private:
     void carry_out(std::size_t index, worker::PrepareJob& prepare);
     void carry_out(std::size_t index, worker::Finished&);
     void carry_out(std::size_t, worker::GiveUp&);
+    void carry_out(std::size_t, worker::Discarded&) {}
     void to_master(std::size_t index, wire::Message message);
     void slice(std::size_t index, std::uint64_t life, std::size_t slot, SlotAsk ask);
     /// An event of this worker process; dropped when the process is gone.
