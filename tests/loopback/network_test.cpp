@@ -34,7 +34,7 @@ protected:
         for (int number = 1; number <= 2; ++number) hosts_.push_back(std::make_unique<Host>(number));
         for (const auto& host : hosts_) ASSERT_TRUE(host->works());
     }
-    static int faults() { return static_cast<int>(setting("LUMENFARM_TEST_FAULTS", 3)); }
+    static int faults() { return static_cast<int>(setting("LUMENFARM_TEST_FAULTS", 2)); }
 
     void start_farm() {
         address_ = "0.0.0.0:0";

@@ -78,12 +78,14 @@ TEST_F(FarmAmongStrangers, EachIsClosedForItsReasonAndTheJobIsRight) {
                          address_}),
               "1\n");
 
+    std::vector<std::byte> half_hello = hello();
+    half_hello.resize(limits::frame_header_bytes + 8);
     const auto mute = come(count);
     const auto half = come(count);
-    for (const Stranger& stranger : half) EXPECT_TRUE(stranger.send(std::span(hello()).first(40)));
+    for (const Stranger& stranger : half) EXPECT_TRUE(stranger.send(half_hello));
     {
         const auto cut_short = come(count);
-        for (const Stranger& stranger : cut_short) EXPECT_TRUE(stranger.send(std::span(hello()).first(40)));
+        for (const Stranger& stranger : cut_short) EXPECT_TRUE(stranger.send(half_hello));
         for (const Stranger& stranger : cut_short) stranger.end();
         EXPECT_TRUE(until_closed({"half_frame"}, count));
     }
