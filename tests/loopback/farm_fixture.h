@@ -93,16 +93,20 @@ protected:
         return value.is_object() ? value.as_object() : boost::json::object();
     }
 
-    /// Looks at the farm until `wanted` holds; false when the watchdog's time is over.
+    Result<net::BlockingClient> connect() const {
+        return net::BlockingClient::connect(*net::HostPort::parse(address_), "test");
+    }
+    /// Looks at the farm until `wanted` holds; false when the watchdog's time is over, or nobody listens any more.
     template <class Reply, class Request, class Wanted>
     bool look_until(const Request& request, Wanted wanted) const {
-        auto client = net::BlockingClient::connect(*net::HostPort::parse(address_), "test");
+        Result<net::BlockingClient> client = connect();
         const auto deadline = Clock::now() + watchdog;
         while (client && Clock::now() < deadline) {
+            if (master_) master_->read_now();
             const auto reply = client->ask_for<Reply>(request);
-            if (!reply) return false;
-            if (wanted(*reply)) return true;
-            if (!client->idle(0.02)) return false;
+            if (reply && wanted(*reply)) return true;
+            // on a machine that is busy an impatient master may have closed
+            if (!reply || !client->idle(0.02)) client = connect();
         }
         return false;
     }

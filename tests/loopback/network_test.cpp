@@ -88,7 +88,12 @@ protected:
     }
     /// A fault lasts until the master has closed a connection, or as long as it was set to.
     void last(std::uint64_t lost_before) {
-        if (fault_s_ > 0) return std::this_thread::sleep_for(std::chrono::duration<double>(fault_s_));
+        const auto end = Clock::now() + std::chrono::duration<double>(fault_s_);
+        while (Clock::now() < end) {
+            keep_busy();
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        }
+        if (fault_s_ > 0) return;
         ASSERT_TRUE(until_farm([&](const wire::StatusReply& farm) { return lost_connections(farm) > lost_before; }));
         std::this_thread::sleep_for(std::chrono::milliseconds(std::uniform_int_distribution(0, 2'000)(random_)));
     }

@@ -52,7 +52,7 @@ class FarmAmongStrangers : public Farm {
 protected:
     static std::size_t of_each_kind() {
         const char* wanted = std::getenv("LUMENFARM_TEST_FAULTS");
-        return wanted ? static_cast<std::size_t>(std::atoi(wanted)) : 3;
+        return wanted ? static_cast<std::size_t>(std::atoi(wanted)) : 2;
     }
     static std::vector<std::byte> hello() { return wire::encode(wire::Hello(wire::Role::submitter, "stranger", 1)); }
     std::vector<Stranger> come(std::size_t count) const {
@@ -72,7 +72,7 @@ protected:
 TEST_F(FarmAmongStrangers, EachIsClosedForItsReasonAndTheJobIsRight) {
     constexpr std::uint64_t particles = 6'000'000;
     const std::size_t count = of_each_kind();
-    start_master({"--dead-seconds", "1"});
+    start_master({"--dead-seconds", "5"});
     const auto first = start_worker("first"), second = start_worker("second");
     ASSERT_EQ(lumenfarm({"submit", scene_, "--particles", std::to_string(particles), "--keep-hits", "500", "--master",
                          address_}),
