@@ -75,8 +75,8 @@ protected:
     }
 
     std::unique_ptr<Process> start_worker(const std::string& name) const {
-        return start("lumenfarm-worker",
-                     {"--master", address_, "--threads", "1", "--name", name, "--cache", path("cache-" + name)});
+        return start("lumenfarm-worker", {"--master", address_, "--threads", "1", "--name", name, "--cache",
+                                          path("cache-" + name), "--normal-priority"});
     }
 
     /// Runs `lumenfarm` to its end and gives what it printed.

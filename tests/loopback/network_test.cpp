@@ -48,9 +48,9 @@ protected:
     static std::string name_of(std::size_t host) { return "host" + std::to_string(host); }
     void start_worker_on(std::size_t host) {
         const std::string port = address_.substr(address_.rfind(':'));
-        auto command = hosts_[host]->inside({program("lumenfarm-worker"), "--master",
-                                             hosts_[host]->outer_address() + port, "--threads", "1", "--name",
-                                             name_of(host), "--cache", path("cache-" + name_of(host))});
+        auto command = hosts_[host]->inside(
+            {program("lumenfarm-worker"), "--master", hosts_[host]->outer_address() + port, "--threads", "1",
+             "--normal-priority", "--name", name_of(host), "--cache", path("cache-" + name_of(host))});
         command.insert(command.begin(), "/usr/bin/env");
         workers_[host] = std::make_unique<Process>(std::move(command));
     }
