@@ -30,7 +30,7 @@ public:
         const auto reply = client->ask_for<wire::StatusReply>(wire::StatusRequest(wanted));
         if (!reply) return reply.error();
         if (wanted && reply->jobs.empty()) return bad_input("there is no job " + std::to_string(*wanted));
-        console.result(wanted ? text_of(reply->jobs.front()) : text_of(reply->jobs));
+        console.result(wanted ? text_of(reply->jobs.front()) : text_of(*reply));
         return {};
     }
 
@@ -38,11 +38,11 @@ private:
     std::string text_of(const wire::JobStatus& job) const {
         return json_ ? json_text(job_document(job)) : job_details(job);
     }
-    std::string text_of(const std::vector<wire::JobStatus>& jobs) const {
-        if (!json_) return jobs_table(jobs);
+    std::string text_of(const wire::StatusReply& farm) const {
+        if (!json_) return jobs_table(farm.jobs) + counts_text(farm.counts);
         boost::json::array list;
-        for (const auto& job : jobs) list.push_back(job_document(job));
-        return json_text(boost::json::object{{"jobs", std::move(list)}});
+        for (const auto& job : farm.jobs) list.push_back(job_document(job));
+        return json_text(boost::json::object{{"jobs", std::move(list)}, {"counts", counts_document(farm.counts)}});
     }
 
     const FarmOptions& farm_;

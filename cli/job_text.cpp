@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <map>
 
 namespace lumenfarm {
 namespace {
@@ -116,6 +117,19 @@ std::string job_details(const wire::JobStatus& job) {
     return text;
 }
 
+std::string counts_text(std::span<const wire::ReasonCount> counts) {
+    std::map<std::string, std::string> groups;
+    for (const auto& each : counts) {
+        if (each.count == 0) continue;
+        std::string& text = groups[each.group];
+        text += (text.empty() ? "" : ", ") + each.reason + " " + std::to_string(each.count);
+    }
+    std::string text;
+    for (const auto& [group, reasons] : groups)
+        text += line("%-19s ", clean_name(group).c_str()) + clean_name(reasons) + "\n";
+    return text.empty() ? text : "\nsince the master started\n" + text;
+}
+
 std::string workers_table(std::span<const wire::WorkerStatus> workers) {
     if (workers.empty()) return "no workers\n";
     std::string text = line("%-24s %-21s %-9s %7s %-8s %9s %10s %6s %10s\n", "name", "address", "state", "threads",
@@ -157,6 +171,16 @@ json::object job_document(const wire::JobStatus& job) {
             {"liars", job.liars},
             {"set_aside", set_aside(job)},
             {"digest", job.digest ? json::value(job.digest->hex()) : json::value(nullptr)}};
+}
+
+json::object counts_document(std::span<const wire::ReasonCount> counts) {
+    json::object groups;
+    for (const auto& each : counts) {
+        json::value& group = groups[each.group];
+        if (!group.is_object()) group.emplace_object();
+        group.as_object()[each.reason] = each.count;
+    }
+    return groups;
 }
 
 json::object worker_document(const wire::WorkerStatus& worker) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "master/discard.h"
 #include "master/recovered_job.h"
 #include "master/staged_result.h"
 #include "proto/messages.h"
@@ -8,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -42,7 +44,7 @@ struct StoreChunk {
     wire::Chunk chunk;
 };
 
-/// Send the file's manifest or chunk, or a Refusal.
+/// Read the file's manifest or chunk. Answer: on_served.
 struct ServeManifest {
     SessionId session = 0;
     std::uint64_t request_id = 0;
@@ -114,8 +116,15 @@ struct StoreSolution {
     JobEffort effort;
 };
 
+/// Say in the log what was thrown away, or who was sent off. It is counted already.
+struct Discarded {
+    Discard reason = Discard::protocol_error;
+    std::uint64_t times = 1;
+    std::string sentence;  ///< may be empty
+};
+
 using Effect = std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, StoreResult, Retract,
-                            StoreLeases, StoreSnapshot, StoreRecord, PutAside, RemoveJob, StoreSolution>;
+                            StoreLeases, StoreSnapshot, StoreRecord, PutAside, RemoveJob, StoreSolution, Discarded>;
 using Effects = std::vector<Effect>;
 
 }  // namespace lumenfarm

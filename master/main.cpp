@@ -1,6 +1,8 @@
 #include "common/service/attendant.h"
 #include "master/master_server.h"
 
+#include <sys/resource.h>
+
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -58,6 +60,24 @@ void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
         ->envname("LUMENFARM_KEEP_BYTES")
         ->transform(CLI::AsSizeValue(false))
         ->capture_default_str();
+    app.add_option("--dead-seconds", options.dead_seconds,
+                   "a connection that is silent for so long is closed; both sides speak three times as often [s]")
+        ->envname("LUMENFARM_DEAD_SECONDS")
+        ->check(CLI::Range(lumenfarm::limits::dead_seconds_min, lumenfarm::limits::dead_seconds_max))
+        ->capture_default_str();
+    app.add_option("--reconnect-seconds", options.reconnect_seconds,
+                   "sets of a lost connection wait so long for their worker before others get them [s]")
+        ->envname("LUMENFARM_RECONNECT_SECONDS")
+        ->check(CLI::Range(0.0, 3'600.0))
+        ->capture_default_str();
+}
+
+/// Each connection takes a descriptor, and most systems give a program fewer than limits::sessions_max at first.
+void raise_descriptor_limit() {
+    rlimit limit{};
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = limit.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 /// Everything that was acknowledged is on the disk: an end at any instant loses none of it.
@@ -95,6 +115,7 @@ int main(int argc, char** argv) {
         return exit_usage;
     }
     spdlog::set_default_logger(spdlog::stderr_color_mt("lumenfarm-master"));
+    raise_descriptor_limit();
     const lumenfarm::EndSignals signals;
     const auto master = lumenfarm::MasterServer::start(options);
     if (!master) {

@@ -87,7 +87,6 @@ bool MasterCore::take_audit(Session& session, StagedResult& result, wire::Result
 /// Nothing that a liar has committed to a running job is believed.
 void MasterCore::condemn(WorkerId liar, JobId found_in, double now_s) {
     if (!liars_.insert(liar).second) return;
-    count(Discard::lied);
     ++jobs_.at(found_in).record.status.liars;
     audits_.forget(liar);
     for (auto& [id, job] : jobs_) {

@@ -53,12 +53,32 @@ Effects MasterCore::on_disconnect(SessionId session, double now_s) {
     return settle_and_take(now_s);
 }
 
+Effects MasterCore::on_served(SessionId session, wire::Message reply, std::uint64_t request_id, double now_s) {
+    if (auto* refusal = std::get_if<wire::Refusal>(&reply)) {
+        refuse(session, request_id, refusal->reason, std::move(refusal->sentence));
+    } else {
+        send(session, std::move(reply), request_id);
+    }
+    return settle_and_take(now_s);
+}
+
+Effects MasterCore::on_discarded(Discard reason, std::string sentence, double now_s) {
+    count(reason, 1, std::move(sentence));
+    return settle_and_take(now_s);
+}
+
+void MasterCore::count(Discard reason, std::uint64_t times, std::string sentence) {
+    if (times == 0) return;
+    counts_.discards.count(reason, times);
+    effects_.push_back(Discarded{reason, times, std::move(sentence)});
+}
+
 Effects MasterCore::tick(double now_s) {
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
         const std::uint64_t expired = job.active->ledger().expire(now_s);
         job.record.status.leases_expired += expired;
-        count(Discard::lease_expired, expired);
+        count(Discard::lease_expired, expired, "of job " + std::to_string(id));
         sample_rate(job, now_s);
         store_snapshot(job, now_s);
         pause_if_stuck(job, now_s);

@@ -3,9 +3,9 @@
 #include "master/active_job.h"
 #include "master/audits.h"
 #include "master/effects.h"
+#include "master/farm_counts.h"
 #include "master/session.h"
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -27,35 +27,16 @@ struct MasterPolicy {
     std::uint32_t epoch = 1;        ///< of this life of the master; larger than those of earlier ones
     JobId first_job = 1;            ///< jobs get this number and the following ones
     double set_target_seconds = 2;
-    double flush_seconds = 2;                 ///< maps: between two results of a tracing thread
-    double checkpoint_seconds = 10;           ///< between two snapshots of a job
+    double flush_seconds = 2;                              ///< maps: between two results of a tracing thread
+    double checkpoint_seconds = 10;                        ///< between two snapshots of a job
+    double dead_seconds = limits::dead_seconds;            ///< a connection that is silent for so long is closed
+    double reconnect_seconds = limits::reconnect_seconds;  ///< leases of a lost connection wait so long
     double audit_fraction = 0;                ///< of the results are traced again by another worker
     std::uint64_t audit_key = 0;              ///< random: nobody knows which, nor what they are reduced to
     std::int64_t started_unix_seconds = 0;    ///< when the clock of the events was 0
     std::optional<double> keep_seconds;       ///< jobs that ended longer ago are removed
     std::optional<std::uint64_t> keep_bytes;  ///< while solutions take more, the job that ended first is removed
 };
-
-/// Why something was thrown away or somebody sent off. Counted.
-enum class Discard : std::uint8_t {
-    unsupported_protocol,
-    fingerprint_differs,
-    no_threads,
-    farm_full,
-    replaced,
-    protocol_error,
-    lied,
-    result_stale,
-    result_repeated,
-    result_of_gone_job,
-    result_invalid,
-    staging_full,
-    lease_expired,
-    lease_returned,
-    quarantined,
-    audit_hopeless,
-};
-inline constexpr std::size_t discard_count = static_cast<std::size_t>(Discard::audit_hopeless) + 1;
 
 class MasterCore {
 public:
@@ -67,6 +48,10 @@ public:
     Effects on_connect(SessionId session, const std::string& address, double now_s);
     Effects on_message(SessionId session, wire::Message message, std::uint64_t request_id, double now_s);
     Effects on_disconnect(SessionId session, double now_s);
+    /// The answer to ServeManifest and ServeChunk: Manifest, Chunk or Refusal.
+    Effects on_served(SessionId session, wire::Message reply, std::uint64_t request_id, double now_s);
+    /// Something was discarded by the shell or the storage.
+    Effects on_discarded(Discard reason, std::string sentence, double now_s);
     /// REQUIRES: called at least once a second.
     Effects tick(double now_s);
     /// No more leases, and nothing new is taken. What is on its way to the disk is waited for and answered, at most
@@ -98,7 +83,8 @@ public:
     const JobRecord* record(JobId job) const;
     /// What the master does now, in one line for people.
     std::string summary(double now_s) const;
-    std::uint64_t discarded(Discard reason) const { return discarded_[static_cast<std::size_t>(reason)]; }
+    std::uint64_t discarded(Discard reason) const { return counts_.discards.of(reason); }
+    FarmCounts& counts() { return counts_; }  ///< the shell counts closes
     std::size_t staged_bytes() const { return staged_bytes_; }
     /// Who has what of a job; null unless it is active.
     const Ledger* ledger(JobId job) const;
@@ -161,7 +147,9 @@ private:
     // sessions (master_sessions.cpp)
     void greet(Session& session, wire::Hello hello, double now_s);
     void welcome_worker(Session& session, double now_s);
+    void welcome(SessionId session);
     void send_off(SessionId session, wire::GoodbyeReason reason, Discard count, std::string sentence, double now_s);
+    std::string peer_name(SessionId session) const;
     void forget(SessionId session, double now_s);
     void take_leases_back(const Session& session, double now_s);
     void extend_leases(const Session& session, double now_s);
@@ -171,6 +159,7 @@ private:
     void on(Session& session, const wire::Pull& pull, double now_s);
     void on(Session& session, const wire::Progress& progress, double now_s);
     void on(Session& session, const wire::ReturnLeases& returned, double now_s);
+    void release_forgotten(Session& session, Job& job);
     template <class Part>
     void on_part(Session& session, Part part);
     void on(Session& session, wire::ResultDone& done, double now_s);
@@ -260,7 +249,7 @@ private:
     JobRecord* find_key(std::uint64_t key);
 
     void send(SessionId session, wire::Message message, std::uint64_t request_id = 0);
-    void count(Discard reason, std::uint64_t times = 1) { discarded_[static_cast<std::size_t>(reason)] += times; }
+    void count(Discard reason, std::uint64_t times = 1, std::string sentence = {});
     /// Gives work where there is some and room for it, and hands over what is to be done.
     Effects settle_and_take(double now_s);
 
@@ -281,7 +270,7 @@ private:
     std::set<WorkerId> liars_;
     std::set<std::string> liar_names_;  ///< of machines that are kept out
     std::deque<Admit> admissions_;      ///< the first is being carried out
-    std::array<std::uint64_t, discard_count> discarded_{};
+    FarmCounts counts_;
     Effects effects_;
 };
 

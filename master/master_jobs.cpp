@@ -114,6 +114,8 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     }
     // that they ended may not be on the disk yet
     if (job->was_put_aside) recovered->leases.clear();
+    for (const std::string& damage : recovered->damages)
+        count(Discard::stored_result_damaged, 1, damage + "; its particles are traced again");
     job->active =
         std::make_unique<ActiveJob>(record.spec, std::move(*recovered), now_s, now_s + limits::restart_seconds);
     const bool extended = job->active->ledger().particles() != record.spec.particles;
@@ -138,8 +140,7 @@ void MasterCore::resume_workers(Job& job, double now_s) {
     for (auto& [id, session] : sessions_) {
         Worker* worker = session.worker();
         if (!worker || !worker->leases_stated) continue;
-        for (const LeaseId lease : ledger.leases_of(session.instance()))
-            if (!worker->held.contains(lease)) ledger.release(lease);
+        release_forgotten(session, job);
         ledger.extend(session.instance(), now_s + limits::lease_seconds);
         if (worker->awaited.erase(job.record.id()) > 0) tell(session, *worker, job);
     }

@@ -9,6 +9,7 @@ namespace lumenfarm {
 using wire::RefusalReason;
 
 void MasterCore::refuse(SessionId session, std::uint64_t request_id, RefusalReason reason, std::string sentence) {
+    counts_.refused_requests.count(reason);
     send(session, wire::Refusal(reason, std::move(sentence)), request_id);
 }
 
@@ -91,7 +92,8 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Sta
         for (auto it = jobs_.rbegin(); it != jobs_.rend() && listed.size() < limits::jobs_listed_max; ++it)
             listed.push_back(status_of(it->second, now_s));
     }
-    send(session, wire::StatusReply(std::move(listed)), request_id);
+    auto counts = request.job ? std::vector<wire::ReasonCount>() : counts_.listed();
+    send(session, wire::StatusReply(std::move(listed), std::move(counts)), request_id);
 }
 
 void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::WorkersRequest&, double now_s) {

@@ -45,7 +45,6 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     if (!storage) return storage.error();
     auto begun = (*storage)->start();
     if (!begun) return begun.error();
-    for (const std::string& warning : begun->warnings) spdlog::warn("{}", warning);
     const auto fingerprint = transport_fingerprint(options.isa);
     if (!fingerprint) return fingerprint.error();
 
@@ -62,10 +61,12 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.started_unix_seconds = std::time(nullptr);
     if (options.keep_days > 0) policy.keep_seconds = options.keep_days * 86'400;
     if (options.keep_bytes > 0) policy.keep_bytes = options.keep_bytes;
+    policy.dead_seconds = options.dead_seconds;
+    policy.reconnect_seconds = options.reconnect_seconds;
     auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(*storage));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();
-    running->run(std::move(begun->records));
+    running->run(std::move(begun->records), begun->warnings);
     return std::unique_ptr<MasterServer>(new MasterServer(std::move(running)));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/service/pulse.h"
+#include "common/support/limits.h"
 #include "common/support/result.h"
 #include "master/effects.h"
 #include "proto/messages.h"
@@ -33,7 +34,9 @@ struct MasterOptions {
     double audit_fraction = 0;     ///< of the results are traced again by a second worker
     double keep_days = 0;          ///< jobs that ended longer ago are removed; 0 keeps them
     std::uint64_t keep_bytes = 0;  ///< of solutions, beyond which the job that ended first is removed; 0: any number
-    std::string isa;               ///< of the trace that gives the fingerprint; empty: the best of this machine
+    double dead_seconds = limits::dead_seconds;  ///< REQUIRED: within limits::dead_seconds_min and _max
+    double reconnect_seconds = limits::reconnect_seconds;
+    std::string isa;  ///< of the trace that gives the fingerprint; empty: the best of this machine
 };
 
 /// Where the files of a job are that is over.

@@ -25,21 +25,30 @@ inline constexpr bool of_submitter = std::is_same_v<M, wire::Submit> || std::is_
 
 void MasterCore::send_off(SessionId session, wire::GoodbyeReason reason, Discard why, std::string sentence,
                           double now_s) {
-    count(why);
+    count(why, 1, peer_name(session) + " is sent off: " + sentence);
     send(session, wire::Goodbye(reason, std::move(sentence)));
     effects_.push_back(Close{session});
     forget(session, now_s);
+}
+
+/// For logs.
+std::string MasterCore::peer_name(SessionId session) const {
+    const auto found = sessions_.find(session);
+    if (found == sessions_.end()) return "a peer that is gone";
+    const std::string& name = found->second.hello.name;
+    return found->second.address + (name.empty() ? "" : " '" + name + "'");
 }
 
 void MasterCore::forget(SessionId session, double now_s) {
     const auto found = sessions_.find(session);
     if (found == sessions_.end()) return;
     if (Worker* worker = found->second.worker()) {
+        if (worker->open) count(Discard::result_unfinished, 1, peer_name(session) + " is gone");
         drop_open(*worker);
         audits_.forget(found->second.instance());
         // the worker may come back and go on with what it has
         for (auto& [id, job] : jobs_)
-            if (job.active) job.active->ledger().shorten(found->second.instance(), now_s + limits::reconnect_seconds);
+            if (job.active) job.active->ledger().shorten(found->second.instance(), now_s + policy_.reconnect_seconds);
     }
     sessions_.erase(found);
 }
@@ -54,7 +63,15 @@ void MasterCore::greet(Session& session, wire::Hello hello, double now_s) {
     session.hello = std::move(hello);
     if (session.hello.role == wire::Role::worker) return welcome_worker(session, now_s);
     session.role = Submitter{};
-    send(session.id, wire::Welcome(session.id));
+    welcome(session.id);
+}
+
+void MasterCore::welcome(SessionId session) {
+    wire::Welcome welcome(session);
+    welcome.dead_seconds = policy_.dead_seconds;
+    welcome.heartbeat_seconds = policy_.dead_seconds / limits::heartbeats_per_dead;
+    welcome.reconnect_seconds = policy_.reconnect_seconds;
+    send(session, std::move(welcome));
 }
 
 void MasterCore::welcome_worker(Session& session, double now_s) {
@@ -78,7 +95,7 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
         if (id != session.id && other.worker() && other.instance() == session.instance()) older = id;
     if (older) send_off(*older, replaced, Discard::replaced, "this worker opened a newer session", now_s);
     session.role = Worker{};
-    send(session.id, wire::Welcome(session.id));
+    welcome(session.id);
 }
 
 void MasterCore::dispatch(Session& session, wire::Message& message, std::uint64_t request_id, double now_s) {

@@ -27,9 +27,7 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
     }
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
-        Ledger& ledger = job.active->ledger();
-        for (const LeaseId lease : ledger.leases_of(session.instance()))
-            if (!worker.held.contains(lease)) ledger.release(lease);
+        release_forgotten(session, job);
         end_if_finished(job, now_s);
     }
     for (const JobId id : named) {
@@ -45,12 +43,25 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
     extend_leases(session, now_s);
 }
 
+/// A worker that came back does not know these leases any more.
+void MasterCore::release_forgotten(Session& session, Job& job) {
+    Ledger& ledger = job.active->ledger();
+    std::uint64_t forgotten = 0;
+    for (const LeaseId lease : ledger.leases_of(session.instance())) {
+        if (session.worker()->held.contains(lease)) continue;
+        ledger.release(lease);
+        ++forgotten;
+    }
+    count(Discard::lease_forgotten, forgotten, "by " + peer_name(session.id));
+}
+
 void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double now_s) {
     Worker& worker = *session.worker();
     for (const wire::LeaseRef& lease : returned.leases) {
         worker.held.erase(lease.lease);
         audits_.forget(session.instance(), lease.lease);
     }
+    std::uint64_t taken_back = 0;
     for (auto& [id, job] : jobs_) {
         if (!job.active) continue;
         Ledger& ledger = job.active->ledger();
@@ -58,11 +69,12 @@ void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double
             if (!ledger.held_by(session.instance(), lease.lease)) continue;
             ledger.release(lease.lease);
             ++job.record.status.leases_returned;
-            count(Discard::lease_returned);
+            ++taken_back;
             if (returned.reason != wire::ReturnReason::ending) worker.declined.insert(id);
         }
         end_if_finished(job, now_s);
     }
+    count(Discard::lease_returned, taken_back, "by " + peer_name(session.id));
 }
 
 template <class Part>
@@ -70,6 +82,7 @@ void MasterCore::on_part(Session& session, Part part) {
     Worker& worker = *session.worker();
     const wire::PartId id = part.part;
     if (!worker.open || worker.open->job() != id.job || worker.open->number() != id.result) {
+        if (worker.open) count(Discard::result_unfinished, 1, peer_name(session.id) + " began another result");
         drop_open(worker);
         worker.open.emplace(id.job, id.result);
     }
@@ -80,8 +93,8 @@ void MasterCore::on_part(Session& session, Part part) {
         open.refuse_blamelessly("the job did not run when its result came");
     } else if (before + limits::frame_payload_bytes_max > limits::staged_result_bytes_max ||
                staged_bytes_ + limits::frame_payload_bytes_max > limits::staged_bytes_max) {
+        if (!open.blameless()) count(Discard::staging_full, 1, peer_name(session.id) + " has to send it again");
         open.refuse_blamelessly("the master has no room for the result");
-        count(Discard::staging_full);
     } else {
         open.add(job->record.spec, job->active->prepared(), std::move(part));
     }
@@ -100,8 +113,11 @@ void MasterCore::drop_open(Worker& worker) {
 void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
     Worker& worker = *session.worker();
     StagedResult result(done.job, done.result);
-    if (worker.open && worker.open->job() == done.job && worker.open->number() == done.result)
+    if (worker.open && worker.open->job() == done.job && worker.open->number() == done.result) {
         result = std::move(*worker.open);
+    } else if (worker.open) {
+        count(Discard::result_unfinished, 1, peer_name(session.id) + " ended another result");
+    }
     drop_open(worker);
     Job* job = find(done.job);
     if (!job || !job->active)
@@ -125,6 +141,22 @@ void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
     end_if_finished(*job, now_s);
 }
 
+namespace {
+
+/// REQUIRES: not accepted.
+Discard discard_of(wire::Verdict verdict) {
+    switch (verdict) {
+        case wire::Verdict::already_merged: return Discard::result_repeated;
+        case wire::Verdict::stale: return Discard::result_stale;
+        case wire::Verdict::job_gone: return Discard::result_of_gone_job;
+        case wire::Verdict::accepted:
+        case wire::Verdict::invalid: break;
+    }
+    return Discard::result_invalid;
+}
+
+}  // namespace
+
 /// Says what became of a result, over whatever connection the worker has now; one that is away offers it again.
 void MasterCore::answer(WorkerId worker, JobId job, std::uint64_t result, const Outcome& outcome, double now_s) {
     const auto found = std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
@@ -132,14 +164,10 @@ void MasterCore::answer(WorkerId worker, JobId job, std::uint64_t result, const 
     });
     Session* session = found == sessions_.end() ? nullptr : &found->second;
     if (session) send(session->id, wire::ResultAck(job, result, outcome.verdict, outcome.sentence));
-    switch (outcome.verdict) {
-        case wire::Verdict::accepted: return;
-        case wire::Verdict::already_merged: return count(Discard::result_repeated);
-        case wire::Verdict::stale: return count(Discard::result_stale);
-        case wire::Verdict::job_gone: return count(Discard::result_of_gone_job);
-        case wire::Verdict::invalid: break;
-    }
-    count(Discard::result_invalid);
+    if (outcome.verdict == wire::Verdict::accepted) return;
+    const std::string from = session ? peer_name(session->id) : "a worker that is away";
+    count(discard_of(outcome.verdict), 1, "job " + std::to_string(job) + ", from " + from + ": " + outcome.sentence);
+    if (outcome.verdict != wire::Verdict::invalid) return;
     if (session && ++session->worker()->invalid_results >= limits::invalid_results_max)
         send_off(session->id, wire::GoodbyeReason::refused, Discard::lied,
                  "too many impossible results came, the last one because " + outcome.sentence, now_s);

@@ -33,8 +33,9 @@ double MasterServer::Running::now_s() const {
 Result<void> MasterServer::Running::listen(const std::string& where, bool allow_plaintext) {
     const auto address = net::HostPort::parse(where);
     if (!address) return address.error();
-    auto listener =
-        net::Listener::open(io_, *address, [this](asio::ip::tcp::socket socket) { accept(std::move(socket)); });
+    auto listener = net::Listener::open(
+        io_, *address, [this](asio::ip::tcp::socket socket) { accept(std::move(socket)); },
+        [this](const std::string& why) { discard(Discard::accept_failed, "nobody can connect: " + why); });
     if (!listener) return listener.error();
     if (!(*listener)->on_loopback() && !allow_plaintext)
         return bad_input("'" + where +
@@ -46,7 +47,8 @@ Result<void> MasterServer::Running::listen(const std::string& where, bool allow_
     return {};
 }
 
-void MasterServer::Running::run(std::vector<JobRecord> records) {
+void MasterServer::Running::run(std::vector<JobRecord> records, const std::vector<std::string>& damages) {
+    for (const std::string& damage : damages) discard(Discard::stored_record_damaged, damage);
     for (JobRecord& record : records) core_.restore(std::move(record));
     tick();
     thread_ = std::thread([this] { io_.run(); });
@@ -135,7 +137,8 @@ void MasterServer::Running::on_message(net::Connection& connection, wire::Envelo
 void MasterServer::Running::on_close(net::Connection& connection, const net::Closed& closed) {
     const auto peer = peers_.find(&connection);
     if (peer == peers_.end()) return;
-    spdlog::info("{} is gone: {}", connection.peer(), closed.sentence);
+    spdlog::info("{} is gone ({})", connection.peer(), closed.text());
+    core_.counts().count(closed);
     const SessionId session = peer->second.session;
     if (session != 0) let_go(session);
     peers_.erase(peer);
@@ -175,10 +178,13 @@ void MasterServer::Running::carry_out(Send send) {
     if (!peer) return;
     net::Connection& connection = *peer->connection;
     if (const auto* goodbye = std::get_if<wire::Goodbye>(&send.message)) {
-        spdlog::info("goodbye to {}: {}", connection.peer(), goodbye->text);
+        spdlog::info("goodbye to {} ({}): {}", connection.peer(), name_of(goodbye->reason), goodbye->text);
         connection.finish(*goodbye);
         return;
     }
+    if (const auto* refusal = std::get_if<wire::Refusal>(&send.message))
+        spdlog::info("a request of {} is refused ({}): {}", connection.peer(), name_of(refusal->reason),
+                     refusal->sentence);
     connection.send(send.message, send.request_id);
     if (const auto* welcome = std::get_if<wire::Welcome>(&send.message))
         connection.open_session(peer->role == wire::Role::worker ? wire::from_worker : wire::from_submitter, {},
@@ -236,11 +242,22 @@ void MasterServer::Running::end_slow_request(SessionId session) {
 }
 
 void MasterServer::Running::carry_out(Admit admit) {
-    slowly([this, admit] { return storage_->admit(admit); },
-           [this, admit](const Result<std::vector<std::uint32_t>>& missing) {
-               if (missing && missing->empty()) spdlog::info("job {} is accepted", admit.record.id());
-               carry_out(core_.on_admitted(admit, missing, now_s()));
-           });
+    struct Admitted {
+        Result<std::vector<std::uint32_t>> missing;
+        std::vector<Digest> displaced;
+    };
+    slowly(
+        [this, admit] {
+            auto missing = storage_->admit(admit);
+            return Admitted{std::move(missing), storage_->files().take_displaced()};
+        },
+        [this, admit](const Admitted& admitted) {
+            for (const Digest& file : admitted.displaced)
+                discard(Discard::upload_displaced, "the upload of " + file.hex() + " made room for newer ones");
+            const auto& missing = admitted.missing;
+            if (missing && missing->empty()) spdlog::info("job {} is accepted", admit.record.id());
+            carry_out(core_.on_admitted(admit, missing, now_s()));
+        });
 }
 
 void MasterServer::Running::carry_out(StoreChunk store) {
@@ -248,7 +265,7 @@ void MasterServer::Running::carry_out(StoreChunk store) {
     begin_slow_request(session);
     slowly([this, chunk = std::move(store.chunk)] { return storage_->put_chunk(chunk); },
            [this, session](const Result<void>& stored) {
-               if (!stored) spdlog::warn("{}", stored.error().sentence);
+               if (!stored) discard(Discard::chunk_refused, stored.error().sentence);
                end_slow_request(session);
            });
 }
@@ -259,7 +276,7 @@ void MasterServer::Running::serve(Serve effect) {
     slowly([this, effect] { return storage_->serve(effect); },
            [this, effect](wire::Message reply) {
                end_slow_request(effect.session);
-               carry_out(Send{effect.session, std::move(reply), effect.request_id});
+               carry_out(core_.on_served(effect.session, std::move(reply), effect.request_id, now_s()));
            });
 }
 
@@ -268,8 +285,6 @@ void MasterServer::Running::carry_out(Prepare prepare) {
            [this, job = prepare.job.id()](Result<RecoveredJob> recovered) {
                if (!recovered) spdlog::error("job {} fails: {}", job, recovered.error().sentence);
                if (recovered) {
-                   for (const std::string& damage : recovered->damages)
-                       spdlog::warn("{}; its particles are traced again", damage);
                    spdlog::info("job {} {} {} particles; {}", job,
                                 recovered->balance.particles > 0 ? "goes on after" : "begins with",
                                 recovered->balance.particles, recovered->prepared->octree);
@@ -346,6 +361,15 @@ void MasterServer::Running::carry_out(StoreSolution store) {
                if (!stored) spdlog::error("{}; the solution of job {} waits", stored.error().sentence, job);
                carry_out(core_.on_solution_stored(store, stored, now_s()));
            });
+}
+
+void MasterServer::Running::carry_out(const Discarded& discarded) {
+    const auto level = group_of(discarded.reason) == "dropped" ? spdlog::level::warn : spdlog::level::info;
+    spdlog::log(level, "{} {}: {}", name_of(discarded.reason), discarded.times, discarded.sentence);
+}
+
+void MasterServer::Running::discard(Discard reason, const std::string& sentence) {
+    carry_out(core_.on_discarded(reason, sentence, now_s()));
 }
 
 Result<JobId> MasterServer::Running::submit(const JobSpec& spec, std::span<const std::byte> scene_bytes) {

@@ -36,7 +36,8 @@ public:
 
     Result<void> listen(const std::string& where, bool allow_plaintext);
     /// Takes the records over and starts the threads.
-    void run(std::vector<JobRecord> records);
+    /// `damages`: records that had to be left out.
+    void run(std::vector<JobRecord> records, const std::vector<std::string>& damages);
     void stop();
     std::vector<ServingThread> threads();
     std::string summary() const;
@@ -89,6 +90,8 @@ private:
     void carry_out(PutAside aside);
     void carry_out(RemoveJob remove);
     void carry_out(StoreSolution store);
+    void carry_out(const Discarded& discarded);
+    void discard(Discard reason, const std::string& sentence);
     void commit(bool leases_too);
 
     /// Runs `work` on the storage's thread and then `then(result)` here, unless the disk is broken.

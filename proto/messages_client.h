@@ -117,22 +117,44 @@ struct JobStatus {
     }
 };
 
+/// How often the master refused, closed or discarded something for one reason since it started. Names, so that a
+/// command of another version shows reasons that it does not know.
+struct ReasonCount {
+    std::string group;   ///< at most limits::reason_name_bytes_max, as the following
+    std::string reason;  ///< the enumerator's name
+    std::uint64_t count = 0;
+
+    ReasonCount() = default;
+    ReasonCount(std::string group_, std::string reason_, std::uint64_t count_)
+        : group(std::move(group_)), reason(std::move(reason_)), count(count_) {}
+    bool operator==(const ReasonCount&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, at_most(group, limits::reason_name_bytes_max), at_most(reason, limits::reason_name_bytes_max),
+               count);
+    }
+};
+
 /// master -> submitter, newest job first.
 struct StatusReply {
     static constexpr auto type = MessageType::status_reply;
-    std::vector<JobStatus> jobs;  ///< at most limits::jobs_listed_max
+    std::vector<JobStatus> jobs;      ///< at most limits::jobs_listed_max
+    std::vector<ReasonCount> counts;  ///< unless one job was asked for; at most limits::reason_counts_max
 
     StatusReply() = default;
-    explicit StatusReply(std::vector<JobStatus> jobs_) : jobs(std::move(jobs_)) {}
+    explicit StatusReply(std::vector<JobStatus> jobs_, std::vector<ReasonCount> counts_ = {})
+        : jobs(std::move(jobs_)), counts(std::move(counts_)) {}
     bool operator==(const StatusReply&) const = default;
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, at_most(jobs, limits::jobs_listed_max));
+        fields(ar, at_most(jobs, limits::jobs_listed_max), at_most(counts, limits::reason_counts_max));
     }
 };
 static_assert(limits::jobs_listed_max * (512 + 24 * limits::set_aside_listed_max + limits::peer_name_bytes_max +
-                                         limits::sentence_bytes_max) <=
+                                         limits::sentence_bytes_max) +
+                  limits::reason_counts_max * (16 + 2 * limits::reason_name_bytes_max) <=
               payload_bytes_max(MessageType::status_reply));
 
 /// submitter -> master. Answered by WorkersReply.

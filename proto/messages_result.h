@@ -164,6 +164,7 @@ enum class Verdict : std::uint8_t {
     invalid,         ///< its content is not possible: nothing is merged, forget it
 };
 constexpr Verdict enum_last(Verdict) { return Verdict::invalid; }
+std::string_view name_of(Verdict verdict);
 
 /// master -> worker: what became of a result. Whatever the verdict, the worker drops it.
 struct ResultAck {

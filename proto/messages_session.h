@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 
 /// Messages that open, keep and end a session. Every message has a constructor: g++ 12 destroys aggregate temporaries
@@ -46,17 +47,21 @@ struct Welcome {
     std::uint64_t session = 0;
     double heartbeat_seconds = limits::heartbeat_seconds;         ///< both sides send a Heartbeat this often
     double dead_seconds = limits::dead_seconds;                   ///< and close when nothing arrived for this long
+    double reconnect_seconds = limits::reconnect_seconds;         ///< leases of a lost connection wait this long
     std::uint32_t results_in_flight = limits::results_in_flight;  ///< credit: results sent and not yet acknowledged
     bool compress = false;                                        ///< bulk frames are sent compressed
 
     Welcome() = default;
     explicit Welcome(std::uint64_t session_) : session(session_) {}
     bool operator==(const Welcome&) const = default;
-    bool valid() const { return results_in_flight > 0 && heartbeat_seconds > 0 && dead_seconds > heartbeat_seconds; }
+    bool valid() const {
+        return results_in_flight > 0 && heartbeat_seconds > 0 && dead_seconds > heartbeat_seconds &&
+               reconnect_seconds >= 0;
+    }
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, protocol, session, heartbeat_seconds, dead_seconds, results_in_flight, compress);
+        fields(ar, protocol, session, heartbeat_seconds, dead_seconds, reconnect_seconds, results_in_flight, compress);
     }
 };
 
@@ -70,6 +75,7 @@ enum class GoodbyeReason : std::uint8_t {
     replaced,              ///< the same instance opened a newer session
 };
 constexpr GoodbyeReason enum_last(GoodbyeReason) { return GoodbyeReason::replaced; }
+std::string_view name_of(GoodbyeReason reason);
 
 /// either direction, the last message of a session. Its layout is the same in every version.
 struct Goodbye {
@@ -125,6 +131,7 @@ enum class RefusalReason : std::uint8_t {
     failed,        ///< the master's disk or memory failed
 };
 constexpr RefusalReason enum_last(RefusalReason) { return RefusalReason::failed; }
+std::string_view name_of(RefusalReason reason);
 
 /// master -> worker or submitter, the answer to any request (same request id) that is not granted.
 struct Refusal {

@@ -27,7 +27,7 @@ enum class WireError : std::uint8_t {
     bad_value,      ///< not a bool, not an enumerator, not finite, or outside what the message states
     trailing_bytes,
 };
-inline constexpr std::size_t wire_error_count = static_cast<std::size_t>(WireError::trailing_bytes) + 1;
+constexpr WireError enum_last(WireError) { return WireError::trailing_bytes; }
 
 /// The enumerator's name, for logs and counters.
 std::string_view name_of(WireError error);

@@ -94,6 +94,7 @@ std::vector<ServingThread> WorkerClient::Running::threads() {
 /// The threads may still be tracing their last slice; nobody waits for what they find.
 void WorkerClient::Running::end(std::optional<Error> error) {
     if (std::exchange(ending_, true)) return;
+    if (const std::string counts = core_.counts().text(); !counts.empty()) spdlog::info("{}", counts);
     connected_ = false;
     connector_.reset();
     tick_timer_.cancel();
@@ -167,8 +168,9 @@ void WorkerClient::Running::on_message(net::Connection& connection, wire::Envelo
 void WorkerClient::Running::on_close(net::Connection&, const net::Closed& closed) {
     connection_.reset();
     connected_ = false;
+    core_.counts().count(closed);
     if (ending_) return io_.stop();
-    spdlog::warn("the master is gone: {}", closed.sentence);
+    spdlog::warn("the master is gone ({})", closed.text());
     carry_out(core_.on_disconnect(closed.goodbye, now_s()));
     if (ending_) return;
     connect_later();
@@ -195,15 +197,30 @@ void WorkerClient::Running::carry_out(const worker::Send& send) {
 
 void WorkerClient::Running::carry_out(const worker::LoadScene& load) {
     asio::post(scene_thread_, [this, scene = load.scene] {
-        const auto bytes = cache_.load(scene);
-        asio::post(io_, [this, scene, bytes] { carry_out(core_.on_scene_loaded(scene, bytes, now_s())); });
+        const auto loaded = cache_.load(scene);
+        if (!loaded) discard(worker::Discard::cached_scene_damaged, loaded.error().sentence);
+        asio::post(io_, [this, scene, bytes = loaded ? *loaded : nullptr] {
+            carry_out(core_.on_scene_loaded(scene, bytes, now_s()));
+        });
     });
 }
 
 void WorkerClient::Running::carry_out(const worker::KeepScene& keep) {
     asio::post(scene_thread_, [this, keep] {
-        if (const auto kept = cache_.keep(keep.scene, *keep.bytes); !kept)
-            spdlog::warn("the scene is not cached: {}", kept.error().sentence);
+        const auto kept = cache_.keep(keep.scene, *keep.bytes);
+        if (!kept) return discard(worker::Discard::scene_not_cached, kept.error().sentence);
+        for (const Digest& displaced : *kept) discard(worker::Discard::cached_scene_displaced, displaced.hex());
+    });
+}
+
+void WorkerClient::Running::carry_out(const worker::Discarded& discarded) {
+    spdlog::info("{} {}: {}", name_of(discarded.reason), discarded.times, discarded.sentence);
+}
+
+/// From any thread.
+void WorkerClient::Running::discard(worker::Discard reason, std::string sentence) {
+    asio::post(io_, [this, reason, sentence = std::move(sentence)] {
+        carry_out(core_.on_discarded(reason, sentence, now_s()));
     });
 }
 

@@ -64,6 +64,8 @@ private:
     void carry_out(const worker::PrepareJob& prepare);
     void carry_out(const worker::Finished&);
     void carry_out(const worker::GiveUp& give_up);
+    void carry_out(const worker::Discarded& discarded);
+    void discard(worker::Discard reason, std::string sentence);
     void pump();
     Result<std::shared_ptr<const JobContext>> prepare(const worker::PrepareJob& effect);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proto/messages.h"
+#include "worker/discard.h"
 #include "worker/trace_slot.h"
 
 #include <cstddef>
@@ -60,8 +61,15 @@ struct GiveUp {
     std::string sentence;
 };
 
+/// Say in the log what was thrown away. It is counted already.
+struct Discarded {
+    Discard reason = Discard::unexpected_message;
+    std::uint64_t times = 1;
+    std::string sentence;
+};
+
 using Effect = std::variant<Send, StartSlot, ContinueSlot, TellSlot, InterruptSlot, LoadScene, KeepScene, PrepareJob,
-                            Finished, GiveUp>;
+                            Finished, GiveUp, Discarded>;
 using Effects = std::vector<Effect>;
 
 }  // namespace lumenfarm::worker

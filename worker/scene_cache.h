@@ -19,13 +19,14 @@ public:
     SceneCache(std::filesystem::path folder, std::uint64_t bytes_max)
         : folder_(std::move(folder)), bytes_max_(bytes_max) {}
 
-    /// Null when the scene is not here, or damaged: then its file is removed.
-    std::shared_ptr<const std::vector<std::byte>> load(const Digest& scene) const;
-    /// Errors: failed. The cache works on without the scene.
-    Result<void> keep(const Digest& scene, std::span<const std::byte> bytes) const;
+    /// Null when the scene is not here. Errors: failed, damaged: then its file is removed.
+    Result<std::shared_ptr<const std::vector<std::byte>>> load(const Digest& scene) const;
+    /// Gives the scenes that had to go. Errors: failed (disk), bad_input (larger than the cache). The cache works on
+    /// without the scene.
+    Result<std::vector<Digest>> keep(const Digest& scene, std::span<const std::byte> bytes) const;
 
 private:
-    void make_room(std::uint64_t bytes) const;
+    std::vector<Digest> make_room(std::uint64_t bytes) const;
 
     std::filesystem::path folder_;
     std::uint64_t bytes_max_;

@@ -22,7 +22,9 @@ std::vector<wire::Message> SceneFetch::ask() {
 }
 
 Result<std::vector<wire::Message>> SceneFetch::on_manifest(const wire::Manifest& manifest) {
-    if (manifest_ || manifest.manifest.file != scene_) return std::vector<wire::Message>{};
+    const bool asked_for = !manifest_ && manifest.manifest.file == scene_;
+    dropped_ = asked_for ? std::nullopt : std::optional(Discard::unexpected_message);
+    if (dropped_) return std::vector<wire::Message>{};
     if (!manifest.manifest.valid() || manifest.manifest.total_bytes != bytes_expected_)
         return failed("the master's manifest is not of scene " + scene_.hex());
     manifest_ = manifest.manifest;
@@ -30,10 +32,13 @@ Result<std::vector<wire::Message>> SceneFetch::on_manifest(const wire::Manifest&
 }
 
 Result<std::vector<wire::Message>> SceneFetch::on_chunk(const wire::Chunk& chunk) {
-    if (!manifest_ || chunk.file != scene_ || chunk.index != received_ || received_ >= manifest_->chunks.size())
-        return std::vector<wire::Message>{};
+    const bool asked_for =
+        manifest_ && chunk.file == scene_ && chunk.index == received_ && received_ < manifest_->chunks.size();
+    dropped_ = asked_for ? std::nullopt : std::optional(Discard::unexpected_message);
+    if (dropped_) return std::vector<wire::Message>{};
     if (chunk.bytes.size() != manifest_->bytes_of_chunk(chunk.index) ||
         sha256(chunk.bytes) != manifest_->chunks[chunk.index]) {
+        dropped_ = Discard::damaged_chunk;
         if (++damaged_ >= limits::chunk_attempts_max)
             return failed("chunk " + std::to_string(chunk.index) + " of scene " + scene_.hex() + " comes damaged");
         asked_ = received_;

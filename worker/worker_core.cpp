@@ -45,7 +45,7 @@ Effects WorkerCore::on_message(wire::Message message, double now_s) {
     std::visit(
         [&]<class M>(M& m) {
             if constexpr (std::is_same_v<M, wire::Welcome>) {
-                greet(now_s);
+                greet(m, now_s);
             } else if constexpr (std::is_same_v<M, wire::JobInfo>) {
                 take_job(m);
             } else if constexpr (std::is_same_v<M, wire::Lease>) {
@@ -57,23 +57,43 @@ Effects WorkerCore::on_message(wire::Message message, double now_s) {
             } else if constexpr (std::is_same_v<M, wire::Drain>) {
                 m.job == 0 ? begin_drain(now_s) : drain_job(m.job);
             } else if constexpr (std::is_same_v<M, wire::Manifest>) {
-                if (fetch_) take_requests(fetch_->on_manifest(m));
+                fetch_ ? take_requests(fetch_->on_manifest(m)) : ignore(m);
             } else if constexpr (std::is_same_v<M, wire::Chunk>) {
-                if (fetch_) take_requests(fetch_->on_chunk(m));
+                fetch_ ? take_requests(fetch_->on_chunk(m)) : ignore(m);
             } else if constexpr (std::is_same_v<M, wire::Refusal>) {
-                fail_fetch();
+                fetch_ ? fail_fetch(m.sentence) : ignore(m);
+            } else if constexpr (!std::is_same_v<M, wire::Heartbeat> && !std::is_same_v<M, wire::HeartbeatReply>) {
+                ignore(m);
             }
         },
         message);
     return settle_and_take(now_s);
 }
 
+void WorkerCore::ignore(const wire::Message& message) {
+    count(Discard::unexpected_message, 1, std::string(wire::name_of(message)));
+}
+
+void WorkerCore::count(Discard reason, std::uint64_t times, std::string sentence) {
+    if (times == 0) return;
+    counts_.discards.count(reason, times);
+    effects_.push_back(Discarded{reason, times, std::move(sentence)});
+}
+
+Effects WorkerCore::on_discarded(Discard reason, std::string sentence, double now_s) {
+    count(reason, 1, std::move(sentence));
+    return settle_and_take(now_s);
+}
+
 /// States what is still held, before anything is pulled.
-void WorkerCore::greet(double now_s) {
+void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
     welcome_ = true;
     wished_ = 0;
     // after this long the master has given the leases to others
-    if (lost_s_ && now_s - *lost_s_ > limits::reconnect_seconds) queue_.clear();
+    if (lost_s_ && now_s - *lost_s_ > welcome.reconnect_seconds) {
+        count(Discard::set_outlived, queue_.size(), "the connection was away for too long");
+        queue_.clear();
+    }
     lost_s_.reset();
     // what is not stated is taken back without a word; what results still claim is stated, and goes back after them
     for (auto& [reason, leases] : returns_)
@@ -93,6 +113,7 @@ Effects WorkerCore::on_disconnect(const std::optional<wire::Goodbye>& goodbye, d
                                       goodbye->reason == wire::GoodbyeReason::unsupported_protocol);
     if (unwanted && !finished_) {
         finished_ = true;
+        count(Discard::result_undelivered, results_.size(), "the master does not want this worker");
         effects_.push_back(GiveUp{"the master does not want this worker: " + goodbye->text});
     }
     return settle_and_take(now_s);
@@ -178,12 +199,14 @@ std::optional<wire::Message> WorkerCore::next_bulk() {
 void WorkerCore::take_ack(const wire::ResultAck& ack) {
     const auto found = std::find_if(results_.begin(), results_.end(),
                                     [&](const Outgoing& outgoing) { return outgoing.number == ack.result; });
-    if (found == results_.end() || !found->reader.finished()) return;
+    if (found == results_.end() || !found->reader.finished()) return ignore(ack);
+    counts_.verdicts.count(ack.verdict);
     const std::unique_ptr<Parcel> parcel = std::move(found->parcel);
     results_.erase(found);
     if (ack.verdict == wire::Verdict::accepted) {
         particles_merged_ += parcel->balance.particles;
     } else {
+        count(Discard::result_refused, 1, std::string(wire::name_of(ack.verdict)) + ": " + ack.sentence);
         leave_refused(*parcel);
     }
 }

@@ -34,6 +34,8 @@ public:
     Effects on_message(wire::Message message, double now_s);
     /// The connection is lost; tracing goes on. `goodbye`: the master's, if it said one.
     Effects on_disconnect(const std::optional<wire::Goodbye>& goodbye, double now_s);
+    /// Something was discarded by the shell.
+    Effects on_discarded(Discard reason, std::string sentence, double now_s);
     /// REQUIRES: called at least once a second.
     Effects tick(double now_s);
 
@@ -58,6 +60,8 @@ public:
     std::size_t results_held() const { return results_.size(); }
     /// A bound that is broken. Nothing when all is well; for tests.
     std::optional<std::string> contradiction() const;
+    WorkerCounts& counts() { return counts_; }  ///< the shell counts closes
+    const WorkerCounts& counts() const { return counts_; }
 
 private:
     struct Slot {
@@ -93,7 +97,7 @@ private:
     void fail_job(JobId job, wire::ReturnReason reason);
     void fetch_next();
     void take_requests(const Result<std::vector<wire::Message>>& requests);
-    void fail_fetch();
+    void fail_fetch(const std::string& why);
     void prepare_jobs_of(const Digest& scene, const std::shared_ptr<const std::vector<std::byte>>& bytes);
     bool ready(JobId job) const;
     bool draining(JobId job) const;
@@ -109,9 +113,11 @@ private:
     bool idle() const;
 
     // results and the session (worker_core.cpp)
-    void greet(double now_s);
+    void greet(const wire::Welcome& welcome, double now_s);
     void take_ack(const wire::ResultAck& ack);
     void send_returns();
+    void count(Discard reason, std::uint64_t times, std::string sentence);
+    void ignore(const wire::Message& message);
     void pull();
     void begin_drain(double now_s);
     void finish_if_drained(double now_s);
@@ -136,6 +142,7 @@ private:
     std::optional<double> drain_by_s_;
     bool finished_ = false;
     std::uint64_t particles_merged_ = 0;
+    WorkerCounts counts_;
     Effects effects_;
 };
 

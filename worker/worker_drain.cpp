@@ -29,6 +29,7 @@ void WorkerCore::finish_if_drained(double now_s) {
     const bool nothing_left = idle() && queue_.empty() && results_.empty() && returns_.empty();
     if (!nothing_left && welcome_ && now_s < *drain_by_s_) return;
     finished_ = true;
+    count(Discard::result_undelivered, results_.size(), "the worker ends");
     effects_.push_back(Finished{});
 }
 

@@ -43,10 +43,17 @@ void WorkerCore::take_lease(const wire::Lease& lease) {
 
 void WorkerCore::drop_job(JobId id) {
     if (jobs_.erase(id) == 0) return;
-    std::erase_if(queue_, [&](const wire::Lease& lease) { return lease.job == id; });
-    results_.remove_if([&](const Outgoing& outgoing) { return outgoing.parcel->job == id; });
-    for (std::size_t i = 0; i < slots_.size(); ++i)
-        if (slots_[i].job == id) stop_slot(i, SlotAsk::abandon);
+    const std::string job = "job " + std::to_string(id);
+    std::size_t sets = std::erase_if(queue_, [&](const wire::Lease& lease) { return lease.job == id; });
+    std::size_t results = results_.remove_if([&](const Outgoing& outgoing) { return outgoing.parcel->job == id; });
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+        if (slots_[i].job != id) continue;
+        sets += slots_[i].lease.has_value();
+        results += slots_[i].open;
+        stop_slot(i, SlotAsk::abandon);
+    }
+    count(Discard::set_of_gone_job, sets, job);
+    count(Discard::result_of_gone_job, results, job);
 }
 
 /// What is done goes to the master, the rest goes back.
@@ -62,11 +69,12 @@ void WorkerCore::drain_job(JobId id) {
 /// A job that this worker can't do: its sets go to others.
 void WorkerCore::fail_job(JobId id, wire::ReturnReason reason) {
     jobs_.at(id).failed = true;
-    std::erase_if(queue_, [&](const wire::Lease& lease) {
+    const std::size_t returned = std::erase_if(queue_, [&](const wire::Lease& lease) {
         if (lease.job != id) return false;
         returns_[reason].emplace_back(lease.lease, lease.epoch);
         return true;
     });
+    count(Discard::set_not_traceable, returned, "job " + std::to_string(id));
 }
 
 Effects WorkerCore::on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes,
@@ -92,7 +100,8 @@ void WorkerCore::fetch_next() {
 }
 
 void WorkerCore::take_requests(const Result<std::vector<wire::Message>>& requests) {
-    if (!requests) return fail_fetch();
+    if (fetch_->dropped()) count(*fetch_->dropped(), 1, "of scene " + fetch_->scene().hex());
+    if (!requests) return fail_fetch(requests.error().sentence);
     for (const wire::Message& request : *requests) send(request);
     const auto bytes = fetch_->complete();
     if (!bytes) return;
@@ -103,9 +112,9 @@ void WorkerCore::take_requests(const Result<std::vector<wire::Message>>& request
     fetch_next();
 }
 
-void WorkerCore::fail_fetch() {
-    if (!fetch_) return;
+void WorkerCore::fail_fetch(const std::string& why) {
     const Digest scene = fetch_->scene();
+    count(Discard::scene_not_fetched, 1, scene.hex() + ": " + why);
     fetch_.reset();
     for (auto& [id, job] : jobs_)
         if (job.info.scene == scene && job.missing) fail_job(id, wire::ReturnReason::no_scene);

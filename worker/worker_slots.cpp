@@ -19,7 +19,9 @@ Effects WorkerCore::on_slot(std::size_t index, SlotReport report, double now_s) 
 }
 
 void WorkerCore::take_report(Slot& slot, SlotReport& report) {
-    if (report.result && jobs_.contains(slot.job)) {
+    if (report.result && !jobs_.contains(slot.job)) {
+        count(Discard::result_of_gone_job, 1, "job " + std::to_string(slot.job));
+    } else if (report.result) {
         auto parcel = std::make_unique<Parcel>(std::move(*report.result));
         ParcelReader reader(*parcel, ++results_made_);
         results_.push_back({results_made_, std::move(parcel), reader});

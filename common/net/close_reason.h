@@ -4,7 +4,6 @@
 #include "proto/messages_session.h"
 #include "proto/wire_error.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,8 +24,9 @@ enum class CloseReason : std::uint8_t {
     protocol_error,  ///< the bytes were refused: Closed::wire says why
     network_error,   ///< reset, unreachable, timed out in the kernel
 };
-inline constexpr std::size_t close_reason_count = static_cast<std::size_t>(CloseReason::network_error) + 1;
+constexpr CloseReason enum_last(CloseReason) { return CloseReason::network_error; }
 
+/// The enumerator's name, for logs and counts.
 std::string_view name_of(CloseReason reason);
 
 struct Closed {
@@ -34,6 +34,9 @@ struct Closed {
     std::optional<wire::WireError> wire;   ///< protocol_error
     std::optional<wire::Goodbye> goodbye;  ///< goodbye
     std::string sentence;                  ///< for logs and people; names the peer
+
+    /// The reason's name and the sentence, for logs.
+    std::string text() const { return std::string(name_of(reason)) + ": " + sentence; }
 };
 
 }  // namespace lumenfarm::net

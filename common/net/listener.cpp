@@ -30,18 +30,21 @@ boost::system::error_code bind_and_listen(tcp::acceptor& acceptor, const tcp::en
 }  // namespace
 
 struct Listener::Shared : std::enable_shared_from_this<Shared> {
-    Shared(asio::io_context& io, OnAccept callback) : acceptor(io), retry(io), on_accept(std::move(callback)) {}
+    Shared(asio::io_context& io, OnAccept accepted, OnFailure failed)
+        : acceptor(io), retry(io), on_accept(std::move(accepted)), on_failure(std::move(failed)) {}
 
     void accept() {
         acceptor.async_accept([self = shared_from_this()](const boost::system::error_code& error, tcp::socket socket) {
             if (!self->acceptor.is_open()) return;
-            if (error) return self->accept_later();
+            if (error) return self->accept_later(error);
+            self->failing = false;
             self->on_accept(std::move(socket));
             if (self->acceptor.is_open()) self->accept();
         });
     }
     /// Out of file descriptors or memory: the machine needs a moment, a tight loop would not help it.
-    void accept_later() {
+    void accept_later(const boost::system::error_code& why) {
+        if (!std::exchange(failing, true) && on_failure) on_failure(why.message());
         retry.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
             std::chrono::duration<double>(limits::accept_retry_seconds)));
         retry.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
@@ -53,22 +56,26 @@ struct Listener::Shared : std::enable_shared_from_this<Shared> {
         acceptor.close(ignored);
         retry.cancel();
         on_accept = nullptr;
+        on_failure = nullptr;
     }
 
     tcp::acceptor acceptor;
     asio::steady_timer retry;
     OnAccept on_accept;
+    OnFailure on_failure;
+    bool failing = false;
     tcp::endpoint local;
 };
 
-Result<std::unique_ptr<Listener>> Listener::open(asio::io_context& io, const HostPort& where, OnAccept on_accept) {
+Result<std::unique_ptr<Listener>> Listener::open(asio::io_context& io, const HostPort& where, OnAccept on_accept,
+                                                 OnFailure on_failure) {
     boost::system::error_code error;
     tcp::resolver resolver(io);
     const auto found = resolver.resolve(where.host, std::to_string(where.port),
                                         tcp::resolver::passive | tcp::resolver::numeric_service, error);
     if (error || found.empty())
         return bad_input("cannot listen on " + where.text() + ": this machine knows no address of that name");
-    auto shared = std::make_shared<Shared>(io, std::move(on_accept));
+    auto shared = std::make_shared<Shared>(io, std::move(on_accept), std::move(on_failure));
     error = bind_and_listen(shared->acceptor, found.begin()->endpoint());
     if (error) return listen_error(where, error);
     shared->local = shared->acceptor.local_endpoint(error);

@@ -108,7 +108,8 @@ inline constexpr std::uint32_t losses_max = 3;   ///< a set that was lost so oft
 inline constexpr double retry_seconds = 1;       ///< a lost set waits this long; after the next loss twice as long
 inline constexpr double audit_seconds = 60;      ///< to trace a result again; beside some times what it took at first
 inline constexpr double audit_slowness_max = 5;  ///< times what it took at first
-inline constexpr double reconnect_seconds = 10;  ///< leases of a lost connection wait for their worker this long
+inline constexpr double reconnect_seconds = 10;  ///< leases of a lost connection wait for their worker this long; a
+                                                 ///< master may be told otherwise
 inline constexpr double finish_seconds = 10;     ///< an interrupted job waits for outstanding results this long
 inline constexpr double straggler_targets =
     3;  ///< a lease this many target times old may be traced again by an idle worker
@@ -133,6 +134,8 @@ inline constexpr std::uint32_t parts_per_result_max = 65'536;
 inline constexpr std::uint32_t chunks_max = 32'768;      ///< of one chunked file
 inline constexpr std::uint32_t jobs_listed_max = 1'000;  ///< in one status reply
 inline constexpr std::uint32_t set_aside_listed_max = 8;  ///< ranges of particles in the status of a job
+inline constexpr std::size_t reason_counts_max = 256;    ///< in one status reply
+inline constexpr std::size_t reason_name_bytes_max = 32;
 inline constexpr std::size_t peer_name_bytes_max = 255;
 inline constexpr std::size_t address_bytes_max = 64;
 inline constexpr std::size_t isa_bytes_max = 32;
@@ -142,8 +145,11 @@ inline constexpr std::size_t message_memory_bytes_max = 8u << 20;  ///< that dec
 
 // Connections
 inline constexpr double hello_seconds = 5;  ///< from accept to a whole Hello
-inline constexpr double heartbeat_seconds = 5;
-inline constexpr double dead_seconds = 15;  ///< of silence
+inline constexpr double dead_seconds = 15;  ///< of silence; a master may be told otherwise
+inline constexpr double dead_seconds_min = 0.5;
+inline constexpr double dead_seconds_max = 60;
+inline constexpr double heartbeats_per_dead = 3;
+inline constexpr double heartbeat_seconds = dead_seconds / heartbeats_per_dead;
 inline constexpr double connect_seconds = 5;
 inline constexpr double accept_retry_seconds = 0.1;  ///< after accepting failed for want of descriptors
 inline constexpr double reply_seconds = 60;          ///< to a request, while the peer is alive
@@ -156,7 +162,8 @@ inline constexpr std::size_t outbox_bytes_max = 16u << 20;  ///< of one connecti
 inline constexpr std::size_t outbox_bytes_high = 4u << 20;  ///< above it reading pauses
 inline constexpr std::size_t outbox_bytes_low = 1u << 20;   ///< below it reading goes on
 inline constexpr std::size_t compress_bytes_min = 4'096;    ///< smaller payloads are never compressed
-static_assert(2 * heartbeat_seconds < dead_seconds);
+static_assert(heartbeats_per_dead > 2);
+static_assert(dead_seconds_max <= lease_seconds);
 static_assert(restart_seconds > reconnect_seconds_max + heartbeat_seconds);
 static_assert(outbox_bytes_low < outbox_bytes_high);
 static_assert(outbox_bytes_high + chunks_in_flight * (frame_header_bytes + frame_payload_bytes_max) <=

@@ -48,14 +48,19 @@ Result<void> FileStore::begin(const wire::FileManifest& manifest) {
     // one of the same file with other chunks would write to the same place
     const auto of_file = [&](const Upload& upload) { return upload.manifest.file == manifest.file; };
     if (const auto other = std::ranges::find_if(uploads_, of_file); other != uploads_.end())
-        if (const auto dropped = drop(other); !dropped) return dropped;
+        if (const auto dropped = displace(other); !dropped) return dropped;
     if (uploads_.size() >= limits::uploads_max)
-        if (const auto dropped = drop(uploads_.begin()); !dropped) return dropped;
+        if (const auto dropped = displace(uploads_.begin()); !dropped) return dropped;
     auto file = disk_.open(upload_path(manifest.file), DiskOpen::make);
     if (!file) return file.error();
     const std::size_t chunks = manifest.chunks.size();
     uploads_.push_back({manifest, std::move(*file), std::vector<bool>(chunks, false), chunks});
     return {};
+}
+
+Result<void> FileStore::displace(std::list<Upload>::iterator upload) {
+    displaced_.push_back(upload->manifest.file);
+    return drop(upload);
 }
 
 Result<void> FileStore::drop(std::list<Upload>::iterator upload) {
@@ -112,7 +117,8 @@ Result<Digest> FileStore::put(std::span<const std::byte> bytes) {
 
 Result<std::vector<std::byte>> FileStore::read(const Digest& file) const {
     auto bytes = read_whole(disk_, path(file), limits::solution_bytes_max);
-    if (bytes && sha256(*bytes) != file) return bad_input("'" + path(file).string() + "' is damaged: its digest differs");
+    if (bytes && sha256(*bytes) != file)
+        return bad_input("'" + path(file).string() + "' is damaged: its digest differs");
     return bytes;
 }
 

@@ -35,6 +35,9 @@ public:
     Result<void> put_chunk(const wire::Chunk& chunk);
     Result<Digest> put(std::span<const std::byte> bytes);
 
+    /// Files whose uploads were dropped for newer ones, since the last call.
+    std::vector<Digest> take_displaced() { return std::exchange(displaced_, {}); }
+
     /// The whole file, verified. Errors: bad_input (not here, or damaged), failed.
     Result<std::vector<std::byte>> read(const Digest& file) const;
     /// Errors: as read().
@@ -57,13 +60,15 @@ private:
     };
     std::filesystem::path upload_path(const Digest& file) const { return folder_ / (file.hex() + ".upload"); }
     Result<void> begin(const wire::FileManifest& manifest);
+    Result<void> displace(std::list<Upload>::iterator upload);
     Result<void> drop(std::list<Upload>::iterator upload);
     Result<void> keep(Upload& upload, const wire::Chunk& chunk);
     Result<void> finish(Upload& upload);
 
     Disk& disk_;
     std::filesystem::path folder_;
-    std::list<Upload> uploads_;                ///< oldest first
+    std::list<Upload> uploads_;  ///< oldest first
+    std::vector<Digest> displaced_;
     std::list<wire::FileManifest> manifests_;  ///< asked for lately, newest first
 };
 

@@ -160,6 +160,7 @@ TEST_F(FileStoreFolder, AnotherManifestOfTheSameFileBeginsItsUploadAnew) {
     ASSERT_TRUE(store_.missing(lie));
     ASSERT_TRUE(store_.put_chunk(chunk_of(large_, 2)));
     EXPECT_THAT(store_.missing(manifest_of(large_)).value(), ElementsAre(0, 1, 2));
+    EXPECT_THAT(store_.take_displaced(), ElementsAre(sha256(large_)));
     for (const std::uint32_t index : {0u, 1u, 2u}) ASSERT_TRUE(store_.put_chunk(chunk_of(large_, index)));
     EXPECT_EQ(store_.read(sha256(large_)).value(), large_);
 }
@@ -173,6 +174,8 @@ TEST_F(FileStoreFolder, TheOldestUploadMakesRoom) {
     EXPECT_THAT(names(), SizeIs(limits::uploads_max));
     EXPECT_EQ(store_.put_chunk(chunk_of(files.front(), 0)).error().code, ErrorCode::bad_input);
     EXPECT_TRUE(store_.put_chunk(chunk_of(files[1], 0)));
+    EXPECT_THAT(store_.take_displaced(), ElementsAre(sha256(files.front())));
+    EXPECT_THAT(store_.take_displaced(), IsEmpty());
 }
 
 TEST_F(FileStoreFolder, OnlyWholeFilesOutliveTheMaster) {

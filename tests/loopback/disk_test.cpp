@@ -40,7 +40,7 @@ TEST_F(FarmOnABadDisk, FullDiskPausesTheJobWithItsReasonAndItGoesOnWhenThereIsRo
     const std::string mount = "mkdir -p " + path("store") + " && mount -t tmpfs -o size=1G none " + path("store");
     auto trial = apart;
     trial.push_back(mount);
-    if (!works(trial)) GTEST_SKIP() << "no file system can be mounted here";
+    if (!succeeds(trial)) GTEST_SKIP() << "no file system can be mounted here";
     auto under = apart;
     under.push_back(mount + " && head -c 1022M /dev/zero > " + path("store") + R"(/ballast && exec "$@")");
     under.push_back("sh");

@@ -9,10 +9,13 @@
 
 #include <boost/json.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -76,7 +79,7 @@ protected:
 
     std::unique_ptr<Process> start_worker(const std::string& name, const std::vector<std::string>& options = {}) const {
         std::vector<std::string> all{"--master", address_, "--threads", "1",
-                                     "--name",   name,     "--cache",   path("cache-" + name)};
+                                     "--name",   name,     "--cache",   path("cache-" + name), "--normal-priority"};
         all.insert(all.end(), options.begin(), options.end());
         return start("lumenfarm-worker", std::move(all));
     }
@@ -95,23 +98,22 @@ protected:
         return value.is_object() ? value.as_object() : boost::json::object();
     }
 
-    /// Whether the command can be used here, and is.
-    static bool works(std::vector<std::string> command) {
-        command.insert(command.begin(), "/usr/bin/env");
-        return Process(std::move(command)).wait() == 0;
-    }
-    static bool can_inject() { return works({"strace", "-o", "/dev/null", "true"}); }
+    static bool can_inject() { return succeeds({"strace", "-o", "/dev/null", "true"}); }
 
-    /// Looks at the farm until `wanted` holds; false when the watchdog's time is over.
+    Result<net::BlockingClient> connect() const {
+        return net::BlockingClient::connect(*net::HostPort::parse(address_), "test");
+    }
+    /// Looks at the farm until `wanted` holds; false when the watchdog's time is over, or nobody listens any more.
     template <class Reply, class Request, class Wanted>
     bool look_until(const Request& request, Wanted wanted) const {
-        auto client = net::BlockingClient::connect(*net::HostPort::parse(address_), "test");
+        Result<net::BlockingClient> client = connect();
         const auto deadline = Clock::now() + watchdog;
         while (client && Clock::now() < deadline) {
+            if (master_) master_->read_now();
             const auto reply = client->ask_for<Reply>(request);
-            if (!reply) return false;
-            if (wanted(*reply)) return true;
-            if (!client->idle(0.02)) return false;
+            if (reply && wanted(*reply)) return true;
+            // on a machine that is busy an impatient master may have closed
+            if (!reply || !client->idle(0.02)) client = connect();
         }
         return false;
     }
@@ -126,6 +128,19 @@ protected:
                 if (worker.name == name && wanted(worker)) return true;
             return false;
         });
+    }
+
+    /// How often `reasons` of the group have come up since the master started.
+    static std::uint64_t counted(const wire::StatusReply& farm, std::string_view group,
+                                 std::initializer_list<std::string_view> reasons) {
+        std::uint64_t sum = 0;
+        for (const auto& each : farm.counts)
+            if (each.group == group && std::find(reasons.begin(), reasons.end(), each.reason) != reasons.end())
+                sum += each.count;
+        return sum;
+    }
+    bool until_farm(const std::function<bool(const wire::StatusReply&)>& wanted) const {
+        return look_until<wire::StatusReply>(wire::StatusRequest(std::nullopt), wanted);
     }
 
     Folder folder_;

@@ -124,6 +124,12 @@ private:
     std::array<Pipe, 2> pipes_{};
 };
 
+/// Whether the command, found in the path, ends with 0.
+inline bool succeeds(std::vector<std::string> command) {
+    command.insert(command.begin(), "/usr/bin/env");
+    return Process(std::move(command)).wait() == 0;
+}
+
 /// The rest of the first line that begins with `begin`.
 inline std::string line_after(const std::string& text, const std::string& begin) {
     std::size_t at = 0;

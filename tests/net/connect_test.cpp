@@ -1,9 +1,13 @@
 #include "common/net/connector.h"
 #include "tests/net/loopback.h"
 
+#include <sys/resource.h>
+
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
+#include <vector>
 
 namespace lumenfarm::net {
 namespace {
@@ -42,6 +46,31 @@ TEST(Listener, PortIsFreeAgainAfterwards) {
     const auto port = (*first)->local().port();
     first->reset();
     EXPECT_TRUE(listen(io, {"127.0.0.1", port}).has_value());
+}
+
+TEST(Listener, WantOfDescriptorsIsToldOnceAndLastsNoLongerThanItself) {
+    boost::asio::io_context io;
+    int accepted = 0;
+    std::vector<std::string> failures;
+    const auto listener = Listener::open(
+        io, {"127.0.0.1", 0}, [&](tcp::socket) { ++accepted; },
+        [&](const std::string& why) { failures.push_back(why); });
+    ASSERT_TRUE(listener.has_value());
+    tcp::socket peer(io);
+    peer.open(tcp::v4());
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+    const rlimit none_left{static_cast<rlim_t>(peer.native_handle()) + 1, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none_left), 0);
+    peer.connect((*listener)->local());
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    for (int retries = 0; (failures.empty() || retries < 3) && io.run_one_until(deadline) > 0;) ++retries;
+    EXPECT_EQ(accepted, 0);
+    EXPECT_EQ(failures.size(), 1u);
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+    while (accepted == 0 && io.run_one_until(deadline) > 0) {
+    }
+    EXPECT_EQ(accepted, 1);
 }
 
 std::optional<Result<tcp::socket>> try_connect(boost::asio::io_context& io, const HostPort& where, double seconds) {

@@ -92,7 +92,8 @@ TEST(Messages, LargestFitTheirCaps) {
         Manifest(manifest),
         Chunk(Digest(), 0, std::vector<std::byte>(limits::chunk_bytes)),
         SubmitReply(0, chunks),
-        StatusReply(std::vector<JobStatus>(limits::jobs_listed_max, job)),
+        StatusReply(std::vector<JobStatus>(limits::jobs_listed_max, job),
+                    std::vector<ReasonCount>(limits::reason_counts_max, ReasonCount(text, text, 1))),
         WorkersReply(std::vector<WorkerStatus>(limits::sessions_max, worker)),
     };
     for (const auto& message : largest) {

@@ -106,7 +106,7 @@ inline std::vector<wire::Message> sample_messages() {
         SubmitReply(0, {0, 1}),
         StatusRequest(std::nullopt),
         StatusRequest(12),
-        StatusReply({sample_job_status(), JobStatus()}),
+        StatusReply({sample_job_status(), JobStatus()}, {{"sent_off", "farm_full", 3}, ReasonCount()}),
         WorkersRequest(),
         WorkersReply({sample_worker_status(), WorkerStatus()}),
         ControlRequest(12, JobAction::extend, 5'000),

@@ -74,6 +74,7 @@ private:
     void carry_out(PutAside& aside);
     void carry_out(RemoveJob& remove);
     void carry_out(StoreSolution& store);
+    void carry_out(Discarded&) {}
 
     World& world_;
     FarmChecks& checks_;

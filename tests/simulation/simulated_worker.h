@@ -60,6 +60,7 @@ private:
     void carry_out(worker::KeepScene&) {}
     void carry_out(worker::PrepareJob& prepare);
     void carry_out(worker::Finished&);
+    void carry_out(worker::Discarded&) {}
     void carry_out(worker::GiveUp& give_up);
     void send(wire::Message message);
 

@@ -29,30 +29,34 @@ protected:
 
 TEST_F(SceneCacheTest, KeepsAndLoads) {
     const SceneCache cache(folder_, 1'000'000);
-    EXPECT_EQ(cache.load(scene_digest(scene(1))), nullptr);
+    EXPECT_EQ(cache.load(scene_digest(scene(1))).value(), nullptr);
     ASSERT_TRUE(cache.keep(scene_digest(scene(1)), scene(1)));
-    ASSERT_NE(cache.load(scene_digest(scene(1))), nullptr);
-    EXPECT_EQ(*cache.load(scene_digest(scene(1))), scene(1));
+    ASSERT_NE(cache.load(scene_digest(scene(1))).value(), nullptr);
+    EXPECT_EQ(*cache.load(scene_digest(scene(1))).value(), scene(1));
 }
 
-TEST_F(SceneCacheTest, DamagedFileIsRemovedAndNotLoaded) {
+TEST_F(SceneCacheTest, DamagedFileIsNamedAndRemoved) {
     const SceneCache cache(folder_, 1'000'000);
     const Digest name = scene_digest(scene(1));
     ASSERT_TRUE(cache.keep(name, scene(1)));
     ASSERT_TRUE(write_file(folder_ / name.hex(), scene(2)));
-    EXPECT_EQ(cache.load(name), nullptr);
+    const auto loaded = cache.load(name);
+    ASSERT_FALSE(loaded);
+    EXPECT_NE(loaded.error().sentence.find(name.hex()), std::string::npos);
     EXPECT_FALSE(fs::exists(folder_ / name.hex()));
 }
 
 TEST_F(SceneCacheTest, StaysWithinItsSize) {
     const SceneCache cache(folder_, 2'500);
-    for (int i = 0; i < 5; ++i) ASSERT_TRUE(cache.keep(scene_digest(scene(i)), scene(i)));
+    std::size_t displaced = 0;
+    for (int i = 0; i < 5; ++i) displaced += cache.keep(scene_digest(scene(i)), scene(i)).value().size();
+    EXPECT_EQ(displaced, 3u);
     int kept = 0;
-    for (int i = 0; i < 5; ++i) kept += cache.load(scene_digest(scene(i))) != nullptr;
+    for (int i = 0; i < 5; ++i) kept += cache.load(scene_digest(scene(i))).value() != nullptr;
     EXPECT_EQ(kept, 2);
-    EXPECT_NE(cache.load(scene_digest(scene(4))), nullptr) << "the newest stays";
-    ASSERT_TRUE(cache.keep(scene_digest(scene(9, 9'000)), scene(9, 9'000)));
-    EXPECT_EQ(cache.load(scene_digest(scene(9, 9'000))), nullptr) << "too large to be kept";
+    EXPECT_NE(cache.load(scene_digest(scene(4))).value(), nullptr) << "the newest stays";
+    EXPECT_FALSE(cache.keep(scene_digest(scene(9, 9'000)), scene(9, 9'000))) << "too large to be kept";
+    EXPECT_EQ(cache.load(scene_digest(scene(9, 9'000))).value(), nullptr);
 }
 
 TEST_F(SceneCacheTest, UnwritableFolderIsASentence) {

@@ -75,6 +75,8 @@ protected:
         return done;
     }
 
+    std::uint64_t discarded(Discard reason) const { return core_.counts().discards.of(reason); }
+
     void take(Effects effects) { effects_ = std::move(effects); }
     template <class E>
     std::vector<E> all() const {
@@ -142,6 +144,9 @@ TEST_F(WorkerTest, MissingSceneIsFetchedVerifiedAndCached) {
     damaged[10] ^= std::byte{1};
     hear(wire::Chunk(scene, 0, damaged));
     EXPECT_TRUE(sent<wire::ChunkRequest>()) << "a damaged chunk is asked for again";
+    EXPECT_EQ(discarded(Discard::damaged_chunk), 1u);
+    hear(wire::Chunk(scene, 3, bytes_));
+    EXPECT_EQ(discarded(Discard::unexpected_message), 1u);
     hear(wire::Chunk(scene, 0, bytes_));
     EXPECT_TRUE(find<KeepScene>());
     EXPECT_TRUE(find<PrepareJob>());
@@ -192,6 +197,8 @@ TEST_F(WorkerTest, SceneThatStaysDamagedReturnsTheLeases) {
     for (std::uint32_t i = 0; i < limits::chunk_attempts_max; ++i) hear(wire::Chunk(scene, 0, damaged));
     ASSERT_TRUE(sent<wire::ReturnLeases>());
     EXPECT_EQ(sent<wire::ReturnLeases>()->reason, wire::ReturnReason::no_scene);
+    EXPECT_EQ(discarded(Discard::scene_not_fetched), 1u);
+    EXPECT_EQ(discarded(Discard::set_not_traceable), 1u);
     hear(lease(2));
     EXPECT_TRUE(sent<wire::ReturnLeases>()) << "later ones too";
 }
@@ -226,6 +233,12 @@ TEST_F(WorkerTest, RefusedResultIsForgotten) {
     const auto done = pump();
     hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "late"));
     EXPECT_EQ(core_.results_held(), 0u);
+    ASSERT_TRUE(find<Discarded>());
+    EXPECT_EQ(find<Discarded>()->sentence, "stale: late");
+    EXPECT_EQ(discarded(Discard::result_refused), 1u);
+    EXPECT_EQ(core_.counts().verdicts.of(wire::Verdict::stale), 1u);
+    hear(wire::ResultAck(1, done[0].result, wire::Verdict::stale, "late"));
+    EXPECT_EQ(discarded(Discard::unexpected_message), 1u) << "it is forgotten";
     EXPECT_EQ(core_.particles_merged(), 0u);
 }
 
@@ -373,6 +386,8 @@ TEST_F(WorkerTest, GoneJobIsDroppedWithItsSetsSumsAndResults) {
     for (std::uint64_t i = 1; i <= 4; ++i) hear(lease(i));
     finish_set(0, lease(1));
     hear(wire::JobGone(1));
+    EXPECT_EQ(discarded(Discard::set_of_gone_job), 3u);
+    EXPECT_EQ(discarded(Discard::result_of_gone_job), 3u) << "one is closed, two are open";
     EXPECT_EQ(core_.results_held(), 0u);
     EXPECT_EQ(all<InterruptSlot>().size(), 2u);
     take(core_.on_slot(0, SlotReport{}, now_s_));
@@ -475,6 +490,35 @@ TEST_F(WorkerTest, RefusedWorkerGivesUpAndAStoppedMasterIsWaitedFor) {
     take(core_.on_disconnect(wire::Goodbye(wire::GoodbyeReason::refused, "other bits"), now_s_));
     ASSERT_TRUE(find<GiveUp>());
     EXPECT_NE(find<GiveUp>()->sentence.find("other bits"), std::string::npos);
+}
+
+TEST_F(WorkerTest, SetsThatWaitedForTooLongAreForgotten) {
+    take(core_.on_connect(now_s_));
+    wire::Welcome impatient(1);
+    impatient.reconnect_seconds = 2;
+    hear(impatient);
+    for (std::uint64_t i = 1; i <= 4; ++i) hear(lease(i));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    now_s_ = 1.5;
+    hear(impatient);
+    EXPECT_EQ(sent<wire::Progress>()->leases.size(), 4u);
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    now_s_ = 4;
+    hear(impatient);
+    EXPECT_TRUE(sent<wire::Progress>()->leases.empty());
+    EXPECT_EQ(discarded(Discard::set_outlived), 4u);
+}
+
+TEST_F(WorkerTest, ResultsThatAreLeftWhenItEndsAreCounted) {
+    welcome();
+    ready();
+    hear(lease(1));
+    finish_set(0, lease(1));
+    take(core_.drain(now_s_));
+    take(core_.tick(limits::drain_seconds));
+    ASSERT_TRUE(find<Finished>());
+    EXPECT_EQ(discarded(Discard::result_undelivered), 1u);
+    EXPECT_NE(core_.counts().text().find("discarded: result_undelivered 1"), std::string::npos);
 }
 
 }  // namespace
