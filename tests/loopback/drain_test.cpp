@@ -43,12 +43,12 @@ protected:
 };
 
 TEST_F(EndingFarm, StoppedMasterGoesOnFromItsSnapshotAndNothingAcknowledgedIsTracedAgain) {
-    constexpr std::uint64_t particles = 3'000'000;
+    constexpr std::uint64_t particles = 1'000'000;
     // no snapshot but those of the end
     const std::vector<std::string> options{"--checkpoint-seconds", "1000"};
     start_master(options);
     const auto first = start_worker("first"), second = start_worker("second");
-    submit("3M");
+    submit("1M", "5k");
     for (const std::uint64_t committed : {particles / 5, particles / 2}) {
         ASSERT_TRUE(until_committed(committed));
         end_master();

@@ -78,8 +78,10 @@ protected:
     }
 
     std::unique_ptr<Process> start_worker(const std::string& name, const std::vector<std::string>& options = {}) const {
-        std::vector<std::string> all{"--master", address_, "--threads", "1",
-                                     "--name",   name,     "--cache",   path("cache-" + name), "--normal-priority"};
+        // at normal priority, so that other work on this machine does not starve it
+        std::vector<std::string> all{
+            "--normal-priority", "--master",           address_, "--threads", "1", "--name", name,
+            "--cache",           path("cache-" + name)};
         all.insert(all.end(), options.begin(), options.end());
         return start("lumenfarm-worker", std::move(all));
     }

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lumenfarm::testing {
@@ -26,7 +27,7 @@ public:
         std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
         if (fd_ < 0 || ::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) std::abort();
     }
-    ~NotifySocket() { ::close(fd_); }
+    ~NotifySocket() { close(); }
     NotifySocket(const NotifySocket&) = delete;
     NotifySocket& operator=(const NotifySocket&) = delete;
 
@@ -43,6 +44,10 @@ public:
         });
     }
     void forget() { heard_.clear(); }
+    /// Nobody listens any more. A daemon waits for a socket that is open, full and not read.
+    void close() {
+        if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+    }
 
     /// Listens until `enough` or the watchdog of the tests. True when enough.
     bool listen_until(const std::function<bool()>& enough) {

@@ -32,6 +32,12 @@ protected:
             if (line.starts_with("TracerPid:")) tracer_ = std::stoi(line.substr(10));
         ASSERT_GT(tracer_, 0);
     }
+    static void expect_orderly_end(Process& daemon, NotifySocket& notified) {
+        daemon.send(SIGTERM);
+        EXPECT_TRUE(notified.listen_until([&] { return notified.has("STOPPING=1"); }));
+        notified.close();
+        EXPECT_EQ(daemon.wait(), 0) << daemon.err();
+    }
     /// A tracer that delays a call outlives its program, and holds its streams.
     ~FarmUnderSystemd() override { end_tracer(); }
     void end_tracer() {
@@ -63,14 +69,8 @@ TEST_F(FarmUnderSystemd, DaemonsSayThatTheyAreReadyWhatTheyDoAndThatTheyEnd) {
     EXPECT_TRUE(of_master_.listen_until([&] { return of_master_.count("WATCHDOG=1") >= 3; }));
     EXPECT_TRUE(of_worker.listen_until([&] { return of_worker.count("WATCHDOG=1") >= 3; }));
 
-    worker->send(SIGTERM);
-    EXPECT_EQ(worker->wait(), 0) << worker->err();
-    of_worker.listen_now();
-    EXPECT_TRUE(of_worker.has("STOPPING=1"));
-    master_->send(SIGTERM);
-    EXPECT_EQ(master_->wait(), 0) << master_->err();
-    of_master_.listen_now();
-    EXPECT_TRUE(of_master_.has("STOPPING=1"));
+    expect_orderly_end(*worker, of_worker);
+    expect_orderly_end(*master_, of_master_);
 }
 
 TEST_F(FarmUnderSystemd, ADiskThatHangsStopsThePingsThoughTheMasterStillAnswers) {
