@@ -117,7 +117,7 @@ struct LeaseRef {
 };
 
 enum class ReturnReason : std::uint8_t {
-    ending,         ///< the worker goes on with other leases, or ends; it wants no more until it pulls again
+    ending,         ///< the worker goes on with other leases, or ends
     no_scene,       ///< the scene can't be fetched or does not fit the memory; the master gives this job to others
     tracer_failed,  ///< the tracer refused the job
 };

@@ -37,6 +37,7 @@ public:
 
     /// The next part, or the ResultDone as the last; nothing after it.
     std::optional<wire::Message> next();
+    bool begun() const { return parts_ > 0 && !finished_; }
     bool finished() const { return finished_; }
     void rewind();
 

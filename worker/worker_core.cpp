@@ -157,8 +157,6 @@ void WorkerCore::send_returns() {
             next += count;
         }
         leases.erase(waiting, leases.end());
-        // the master takes the wish back with them
-        if (reason == wire::ReturnReason::ending) wished_ = 0;
     }
     std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
 }
@@ -183,6 +181,9 @@ std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
 std::optional<wire::Message> WorkerCore::next_bulk() {
     if (!welcome_) return std::nullopt;
     std::size_t in_flight = 0, bytes = 0;
+    // the parts of one result are not mixed with those of another
+    for (Outgoing& outgoing : results_)
+        if (outgoing.reader.begun()) return outgoing.reader.next();
     for (Outgoing& outgoing : results_) {
         // a master that has just started may not be ready for them
         if (const auto job = jobs_.find(outgoing.parcel->job); job == jobs_.end() || !job->second.confirmed) continue;

@@ -66,7 +66,8 @@ TEST_F(CountingMaster, EveryWayToBeSentOff) {
     hello(ann, worker(1));
     hello(bob, worker(1));
     EXPECT_EQ(logged(), std::vector{Discard::replaced});
-    take(master_.stop(now_s_));
+    for (SessionId session = bob + 1; session < bob + limits::sessions_max; ++session)
+        take(master_.on_connect(session, "10.0.0.1:1", now_s_));
     take(master_.on_connect(ann, "10.0.0.1:1", now_s_));
     EXPECT_EQ(logged(), std::vector{Discard::farm_full});
     for (const Discard reason :

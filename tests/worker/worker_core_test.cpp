@@ -1,8 +1,4 @@
-#include "worker/worker_core.h"
-
-#include "common/scene/scene_file.h"
-#include "tests/simulation/fake_tracer.h"
-#include "tests/simulation/small_scene.h"
+#include "tests/worker/worker_fixture.h"
 
 #include <gtest/gtest.h>
 
@@ -10,104 +6,6 @@
 
 namespace lumenfarm::worker {
 namespace {
-
-/// A worker with two slots, and what it wants done. The test is master, tracer and clock.
-class WorkerTest : public ::testing::Test {
-protected:
-    WorkerTest() : core_(identity()) {}
-
-    static WorkerIdentity identity() {
-        WorkerIdentity identity;
-        identity.threads = 2;
-        identity.instance = 5;
-        return identity;
-    }
-    wire::JobInfo info(Packing packing = Packing::records) const {
-        JobSpec spec;
-        spec.packing = packing;
-        return {1, scene_digest(bytes_), bytes_.size(), spec, 0.1, 2};
-    }
-    static wire::Lease lease(std::uint64_t number, std::uint64_t particles = 1'000, JobId job = 1) {
-        return {number, 1, job, {0, number * 1'000'000, particles}, ~std::uint64_t{0}};
-    }
-
-    void welcome() {
-        take(core_.on_connect(now_s_));
-        hear(wire::Welcome(1));
-    }
-    void hear(wire::Message message) { take(core_.on_message(std::move(message), now_s_)); }
-    /// The job with its scene from the cache, ready to trace.
-    void ready(Packing packing = Packing::records) {
-        hear(info(packing));
-        take(core_.on_scene_loaded(scene_digest(bytes_), std::make_shared<const std::vector<std::byte>>(bytes_),
-                                   now_s_));
-        prepare();
-    }
-    void prepare() {
-        const auto effect = find<PrepareJob>();
-        ASSERT_TRUE(effect);
-        auto scene = std::make_shared<SceneContext>();
-        scene->scene = decode_scene(*effect->scene_bytes).value();
-        scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
-        take(core_.on_job_prepared(1, make_job_context(effect->info, scene), now_s_));
-    }
-    /// What a slot reports after a set of packing records.
-    void finish_set(std::size_t slot, const wire::Lease& lease) {
-        SlotReport report;
-        report.set_finished = true;
-        report.result = parcel(lease, lease.range.count);
-        take(core_.on_slot(slot, std::move(report), now_s_));
-    }
-    static Parcel parcel(const wire::Lease& lease, std::uint64_t particles) {
-        Parcel parcel;
-        parcel.job = lease.job;
-        ParticleRange range = lease.range;
-        range.count = particles;
-        parcel.claims.emplace_back(lease.lease, lease.epoch, range);
-        parcel.balance.particles = particles;
-        return parcel;
-    }
-    /// Sends what may be sent now and gives the results that were finished.
-    std::vector<wire::ResultDone> pump() {
-        std::vector<wire::ResultDone> done;
-        while (const auto part = core_.next_bulk())
-            if (const auto* last = std::get_if<wire::ResultDone>(&*part)) done.push_back(*last);
-        return done;
-    }
-
-    std::uint64_t discarded(Discard reason) const { return core_.counts().discards.of(reason); }
-
-    void take(Effects effects) { effects_ = std::move(effects); }
-    template <class E>
-    std::vector<E> all() const {
-        std::vector<E> found;
-        for (const Effect& effect : effects_)
-            if (const auto* one = std::get_if<E>(&effect)) found.push_back(*one);
-        return found;
-    }
-    template <class E>
-    std::optional<E> find() const {
-        const auto found = all<E>();
-        return found.empty() ? std::nullopt : std::optional<E>(found.front());
-    }
-    template <class M>
-    std::vector<M> all_sent() const {
-        std::vector<M> found;
-        for (const Send& send : all<Send>())
-            if (const auto* message = std::get_if<M>(&send.message)) found.push_back(*message);
-        return found;
-    }
-    template <class M>
-    std::optional<M> sent() const {
-        const auto found = all_sent<M>();
-        return found.empty() ? std::nullopt : std::optional<M>(found.front());
-    }
-
-    std::vector<std::byte> bytes_ = encode_scene(testing::small_scene());
-    WorkerCore core_;
-    Effects effects_;
-    double now_s_ = 0;
-};
 
 TEST_F(WorkerTest, StatesItsLeasesAndPullsABacklogOfTwoSetsASlot) {
     take(core_.on_connect(now_s_));
@@ -263,7 +161,6 @@ TEST_F(WorkerTest, SlotsLeaveWhatTheyTraceOfARefusedLease) {
     EXPECT_EQ(find<InterruptSlot>()->ask, SlotAsk::abandon);
     ASSERT_TRUE(sent<wire::ReturnLeases>());
     EXPECT_EQ(sent<wire::ReturnLeases>()->leases, (std::vector<wire::LeaseRef>{{1, 1}}));
-    ASSERT_TRUE(sent<wire::Pull>()) << "a return takes the wish for more back";
     take(core_.on_slot(0, SlotReport{}, now_s_));
     ASSERT_EQ(all<StartSlot>().size(), 1u);
     EXPECT_EQ(find<StartSlot>()->work.lease, 3u);
@@ -396,93 +293,6 @@ TEST_F(WorkerTest, GoneJobIsDroppedWithItsSetsSumsAndResults) {
     EXPECT_EQ(core_.results_held(), 0u);
 }
 
-TEST_F(WorkerTest, DrainSendsWhatIsDoneReturnsTheRestAndFinishes) {
-    welcome();
-    ready();
-    hear(lease(1, 100'000));
-    hear(lease(2, 100'000));
-    hear(lease(3, 100'000));
-    take(core_.drain(now_s_));
-    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u) << "the set that waits";
-    EXPECT_EQ(all<InterruptSlot>().size(), 2u);
-    SlotReport stopped;
-    stopped.set_left = true;
-    stopped.result = parcel(lease(1, 100'000), 2'048);
-    take(core_.on_slot(0, std::move(stopped), now_s_));
-    ASSERT_EQ(find<TellSlot>()->ask, SlotAsk::abandon);
-    EXPECT_FALSE(sent<wire::ReturnLeases>()) << "not before its result is answered";
-    take(core_.on_slot(0, SlotReport{}, now_s_));
-    SlotReport untouched;
-    untouched.set_left = true;
-    take(core_.on_slot(1, untouched, now_s_));
-    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u);
-    take(core_.on_slot(1, SlotReport{}, now_s_));
-    EXPECT_FALSE(find<Finished>());
-    const auto done = pump();
-    ASSERT_EQ(done.size(), 1u);
-    hear(wire::ResultAck(1, done[0].result, wire::Verdict::accepted));
-    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u);
-    EXPECT_TRUE(find<Finished>());
-}
-
-TEST_F(WorkerTest, DrainEndsInTimeThoughTheMasterIsSilent) {
-    welcome();
-    ready();
-    hear(lease(1));
-    take(core_.drain(now_s_));
-    EXPECT_FALSE(find<Finished>());
-    take(core_.tick(limits::drain_seconds));
-    EXPECT_TRUE(find<Finished>());
-}
-
-TEST_F(WorkerTest, DrainTimeIsThatOfTheConfiguration) {
-    core_ = WorkerCore(identity(), 3);
-    welcome();
-    ready();
-    hear(lease(1));
-    take(core_.drain(now_s_));
-    take(core_.tick(now_s_ + 2.9));
-    EXPECT_FALSE(find<Finished>());
-    take(core_.tick(now_s_ + 3));
-    EXPECT_TRUE(find<Finished>());
-}
-
-TEST_F(WorkerTest, EndsNowThoughASlotStillTraces) {
-    welcome();
-    ready();
-    hear(lease(1));
-    hear(lease(2));
-    hear(lease(3));
-    take(core_.drain(now_s_));
-    EXPECT_FALSE(find<Finished>());
-    take(core_.end_now(now_s_));
-    EXPECT_TRUE(find<Finished>());
-    EXPECT_TRUE(all<StartSlot>().empty());
-}
-
-TEST_F(WorkerTest, EndNowAloneReturnsWhatWaitsAndEnds) {
-    welcome();
-    ready();
-    for (std::uint64_t i = 1; i <= 3; ++i) hear(lease(i));
-    take(core_.end_now(now_s_));
-    EXPECT_EQ(sent<wire::ReturnLeases>()->leases.size(), 1u);
-    EXPECT_TRUE(find<Finished>());
-}
-
-TEST_F(WorkerTest, SummaryIsALineThatAPersonReads) {
-    EXPECT_EQ(core_.summary(), "waits for work");
-    welcome();
-    ready();
-    hear(lease(1, 100'000));
-    EXPECT_EQ(core_.summary(), "traces job 1 on 1 of 2 threads");
-    hear(lease(2, 100'000));
-    take(core_.drain(now_s_));
-    EXPECT_EQ(core_.summary(), "ending: traces job 1 on 2 of 2 threads");
-    finish_set(0, lease(1));
-    finish_set(1, lease(2));
-    EXPECT_EQ(core_.summary(), "ending: 2 results not acknowledged yet");
-}
-
 TEST_F(WorkerTest, RefusedWorkerGivesUpAndAStoppedMasterIsWaitedFor) {
     welcome();
     take(core_.on_disconnect(wire::Goodbye(wire::GoodbyeReason::shutting_down, "bye"), now_s_));
@@ -509,16 +319,48 @@ TEST_F(WorkerTest, SetsThatWaitedForTooLongAreForgotten) {
     EXPECT_EQ(discarded(Discard::set_outlived), 4u);
 }
 
-TEST_F(WorkerTest, ResultsThatAreLeftWhenItEndsAreCounted) {
+/// One result at a time is sent, though an older one becomes due while a younger one is under way.
+TEST_F(WorkerTest, PartsOfTwoResultsAreNotMixed) {
     welcome();
     ready();
     hear(lease(1));
-    finish_set(0, lease(1));
-    take(core_.drain(now_s_));
-    take(core_.tick(limits::drain_seconds));
-    ASSERT_TRUE(find<Finished>());
-    EXPECT_EQ(discarded(Discard::result_undelivered), 1u);
-    EXPECT_NE(core_.counts().text().find("discarded: result_undelivered 1"), std::string::npos);
+    SlotReport report;
+    report.set_finished = true;
+    report.result = parcel(lease(1), 1'000);
+    report.result->records.resize(3 * limits::hits_per_message_max);
+    take(core_.on_slot(0, std::move(report), now_s_));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    // a result of another job comes behind it, whose job the master knows first
+    wire::JobInfo other = info();
+    other.job = 2;
+    take(core_.on_connect(now_s_));
+    hear(wire::Welcome(2));
+    hear(other);
+    take(core_.on_scene_loaded(scene_digest(bytes_), std::make_shared<const std::vector<std::byte>>(bytes_), now_s_));
+    auto scene = std::make_shared<SceneContext>();
+    scene->scene = decode_scene(bytes_).value();
+    scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
+    take(core_.on_job_prepared(2, make_job_context(other, scene), now_s_));
+    const wire::Lease second = lease(2, 1'000, 2);
+    hear(second);
+    SlotReport later;
+    later.set_finished = true;
+    later.result = parcel(second, 1'000);
+    later.result->records.resize(3 * limits::hits_per_message_max);
+    take(core_.on_slot(0, std::move(later), now_s_));
+    const auto number_of = [](const std::optional<wire::Message>& part) {
+        const auto* hits = part ? std::get_if<wire::ResultHits>(&*part) : nullptr;
+        return hits ? hits->part.result : 0;
+    };
+    EXPECT_EQ(number_of(core_.next_bulk()), 2u);
+    hear(info());
+    EXPECT_EQ(number_of(core_.next_bulk()), 2u);
+    while (const auto part = core_.next_bulk())
+        if (const auto* done = std::get_if<wire::ResultDone>(&*part)) {
+            EXPECT_EQ(done->result, 2u);
+            break;
+        }
+    EXPECT_EQ(number_of(core_.next_bulk()), 1u);
 }
 
 }  // namespace
