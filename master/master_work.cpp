@@ -34,6 +34,9 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
         Job* job = find(id);
         if (!job || job->record.paused || job->phase == Phase::over || job->phase == Phase::storing) {
             send(session.id, wire::JobGone(id));
+            // it forgets them: should the job go on, they are nobody's
+            for (const wire::LeaseProgress& lease : progress.leases)
+                if (lease.job == id) worker.held.erase(lease.lease);
         } else if (job->active) {
             tell(session, worker, *job);
         } else {

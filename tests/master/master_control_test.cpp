@@ -111,6 +111,23 @@ TEST_F(ControlTest, LeasesOfBeforeAJobWasPutAsideDoNotComeBack) {
     EXPECT_EQ(master_.status(job, now_s_)->leased, 0u);
 }
 
+TEST_F(ControlTest, LeasesThatAWorkerForgotWhileTheJobWasPausedAreGivenToOthers) {
+    const JobId job = submit(records_job(), 1);
+    JobRecord record = *master_.record(job);
+    record.paused = record.begun = true;
+    record.status.state = JobState::paused;
+    master_ = MasterCore(policy());
+    master_.restore(record);
+    const LeaseId kept = lease_id(9, 1);
+    join(ann, 11, {wire::LeaseProgress(job, kept, 0)});
+    EXPECT_TRUE(sent<wire::JobGone>(ann));
+    control(job, JobAction::resume);
+    RecoveredJob recovered;
+    recovered.leases = {{kept, 11, {0, 0, 1'000}}};
+    prepare(std::move(recovered));
+    EXPECT_EQ(master_.status(job, now_s_)->leased, 0u);
+}
+
 TEST_F(ControlTest, JobThatIsResumedWhileItIsBeingPutAsideGoesOn) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);
