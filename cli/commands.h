@@ -16,6 +16,7 @@ struct FarmOptions {
 
 std::unique_ptr<Command> make_run_command(CLI::App& app);
 std::unique_ptr<Command> make_inspect_command(CLI::App& app);
+std::unique_ptr<Command> make_verify_command(CLI::App& app);
 std::unique_ptr<Command> make_measure_command(CLI::App& app);
 std::unique_ptr<Command> make_render_command(CLI::App& app);
 std::unique_ptr<Command> make_trace_command(CLI::App& app);

@@ -52,6 +52,7 @@ std::vector<std::unique_ptr<Command>> declare_commands(CLI::App& app, const Farm
     for (auto& command : make_control_commands(app, farm)) commands.push_back(std::move(command));
     commands.push_back(make_fetch_command(app, farm));
     commands.push_back(make_inspect_command(app));
+    commands.push_back(make_verify_command(app));
     commands.push_back(make_measure_command(app));
     commands.push_back(make_render_command(app));
     commands.push_back(make_trace_command(app));
