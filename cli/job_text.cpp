@@ -1,11 +1,11 @@
 #include "cli/job_text.h"
 
 #include "cli/number.h"
+#include "cli/products/format_line.h"
 #include "common/scene/text.h"
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <map>
 
@@ -13,13 +13,6 @@ namespace lumenfarm {
 namespace {
 
 namespace json = boost::json;
-
-template <class... Values>
-std::string line(const char* format, Values... values) {
-    std::array<char, 512> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), format, values...);
-    return buffer.data();
-}
 
 std::string_view name_of(Packing packing) {
     switch (packing) {
@@ -72,7 +65,7 @@ std::string count_of(std::uint64_t count) { return short_count(static_cast<doubl
 std::string progress_line(const wire::JobStatus& job) {
     if (job.state == wire::JobState::queued) return title(job) + ": queued";
     std::string text = title(job) + ": " + count_of(job.committed) + " of " + count_of(job.particles) +
-                       line(" particles (%.0f %%)", std::floor(100 * fraction(job)));
+                       format_line(" particles (%.0f %%)", std::floor(100 * fraction(job)));
     if (job.state == wire::JobState::done) return text + ", done in " + duration_text(job.elapsed_seconds);
     if (job.state != wire::JobState::running) return text + ", " + std::string(wire::name_of(job.state));
     if (job.particles_per_second > 0) text += ", " + short_count(job.particles_per_second) + "/s";
@@ -83,29 +76,32 @@ std::string progress_line(const wire::JobStatus& job) {
 
 std::string jobs_table(std::span<const wire::JobStatus> jobs) {
     if (jobs.empty()) return "no jobs\n";
-    std::string text = line("%6s  %-24s %-10s %9s %9s %6s %10s %12s\n", "job", "name", "state", "particles", "done",
-                            "%", "rate", "time left");
+    std::string text = format_line("%6s  %-24s %-10s %9s %9s %6s %10s %12s\n", "job", "name", "state", "particles",
+                                   "done", "%", "rate", "time left");
     for (const auto& job : jobs) {
         const std::string rate = job.particles_per_second > 0 ? short_count(job.particles_per_second) + "/s" : "-";
         const std::string left = job.eta_seconds ? duration_text(*job.eta_seconds) : "-";
-        text +=
-            line("%6llu  %-24.24s %-10.10s %9s %9s %6.1f %10s %12s\n", static_cast<unsigned long long>(job.job),
-                 title(job).c_str(), std::string(wire::name_of(job.state)).c_str(), count_of(job.particles).c_str(),
-                 count_of(job.committed).c_str(), std::floor(1000 * fraction(job)) / 10, rate.c_str(), left.c_str());
+        text += format_line(
+            "%6llu  %-24.24s %-10.10s %9s %9s %6.1f %10s %12s\n", static_cast<unsigned long long>(job.job),
+            title(job).c_str(), std::string(wire::name_of(job.state)).c_str(), count_of(job.particles).c_str(),
+            count_of(job.committed).c_str(), std::floor(1000 * fraction(job)) / 10, rate.c_str(), left.c_str());
     }
     return text;
 }
 
 std::string job_details(const wire::JobStatus& job) {
-    std::string text = line("job        %llu\n", static_cast<unsigned long long>(job.job));
-    const auto add = [&](const char* label, const std::string& value) { text += line("%-10s ", label) + value + "\n"; };
+    std::string text = format_line("job        %llu\n", static_cast<unsigned long long>(job.job));
+    const auto add = [&](const char* label, const std::string& value) {
+        text += format_line("%-10s ", label) + value + "\n";
+    };
     add("name", clean_name(job.name));
     add("state", std::string(wire::name_of(job.state)));
     if (!job.sentence.empty()) add("why", clean_name(job.sentence));
     add("submitted", time_text(job.created_unix_seconds));
     add("priority", std::to_string(job.priority));
-    add("particles", line("%llu of %llu (%.1f %%)", static_cast<unsigned long long>(job.committed),
-                          static_cast<unsigned long long>(job.particles), std::floor(1000 * fraction(job)) / 10));
+    add("particles",
+        format_line("%llu of %llu (%.1f %%)", static_cast<unsigned long long>(job.committed),
+                    static_cast<unsigned long long>(job.particles), std::floor(1000 * fraction(job)) / 10));
     add("hits", std::to_string(job.hits));
     if (job.particles_per_second > 0) add("rate", short_count(job.particles_per_second) + " particles/s");
     if (job.eta_seconds) add("time left", duration_text(*job.eta_seconds));
@@ -126,21 +122,21 @@ std::string counts_text(std::span<const wire::ReasonCount> counts) {
     }
     std::string text;
     for (const auto& [group, reasons] : groups)
-        text += line("%-19s ", clean_name(group).c_str()) + clean_name(reasons) + "\n";
+        text += format_line("%-19s ", clean_name(group).c_str()) + clean_name(reasons) + "\n";
     return text.empty() ? text : "\nsince the master started\n" + text;
 }
 
 std::string workers_table(std::span<const wire::WorkerStatus> workers) {
     if (workers.empty()) return "no workers\n";
-    std::string text = line("%-24s %-21s %-9s %7s %-8s %9s %10s %6s %10s\n", "name", "address", "state", "threads",
-                            "isa", "particles", "rate", "job", "connected");
+    std::string text = format_line("%-24s %-21s %-9s %7s %-8s %9s %10s %6s %10s\n", "name", "address", "state",
+                                   "threads", "isa", "particles", "rate", "job", "connected");
     for (const auto& worker : workers) {
         const std::string job = worker.job == 0 ? "-" : std::to_string(worker.job);
-        text += line("%-24.24s %-21.21s %-9s %7u %-8.8s %9s %10s %6s %10s\n", clean_name(worker.name).c_str(),
-                     clean_name(worker.address).c_str(), std::string(name_of(worker.state)).c_str(), worker.threads,
-                     clean_name(worker.isa).c_str(), count_of(worker.particles).c_str(),
-                     (short_count(worker.particles_per_second) + "/s").c_str(), job.c_str(),
-                     duration_text(worker.connected_seconds).c_str());
+        text += format_line("%-24.24s %-21.21s %-9s %7u %-8.8s %9s %10s %6s %10s\n", clean_name(worker.name).c_str(),
+                            clean_name(worker.address).c_str(), std::string(name_of(worker.state)).c_str(),
+                            worker.threads, clean_name(worker.isa).c_str(), count_of(worker.particles).c_str(),
+                            (short_count(worker.particles_per_second) + "/s").c_str(), job.c_str(),
+                            duration_text(worker.connected_seconds).c_str());
     }
     return text;
 }
@@ -201,12 +197,12 @@ json::object worker_document(const wire::WorkerStatus& worker) {
 
 std::string duration_text(double seconds) {
     if (!(seconds >= 0)) return "-";
-    if (seconds < 9.95) return line("%.1f s", seconds);
+    if (seconds < 9.95) return format_line("%.1f s", seconds);
     const auto whole = static_cast<long long>(std::llround(std::min(seconds, 1e12)));
-    if (whole < 60) return line("%lld s", whole);
-    if (whole < 3600) return line("%lld min %lld s", whole / 60, whole % 60);
-    if (whole < 48 * 3600) return line("%lld h %lld min", whole / 3600, whole % 3600 / 60);
-    return line("%lld days", whole / 86400);
+    if (whole < 60) return format_line("%lld s", whole);
+    if (whole < 3600) return format_line("%lld min %lld s", whole / 60, whole % 60);
+    if (whole < 48 * 3600) return format_line("%lld h %lld min", whole / 3600, whole % 3600 / 60);
+    return format_line("%lld days", whole / 86400);
 }
 
 }  // namespace lumenfarm

@@ -1,29 +1,21 @@
 #include "cli/path_text.h"
 
+#include "cli/products/format_line.h"
 #include "common/solution/surface_point.h"
 #include "common/spectrum/spectrum.h"
 #include "common/support/counted.h"
 
 #include <boost/json.hpp>
 
-#include <array>
-#include <cstdio>
-
 namespace lumenfarm {
 namespace {
 
 namespace json = boost::json;
 
-template <class... Values>
-std::string line(const char* format, Values... values) {
-    std::array<char, 512> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), format, values...);
-    return buffer.data();
-}
-
-std::string place_text(Vec3d at) { return line("  at %10.5g %10.5g %10.5g m", at.x, at.y, at.z); }
+std::string place_text(Vec3d at) { return format_line("  at %10.5g %10.5g %10.5g m", at.x, at.y, at.z); }
 std::string way_text(Vec3d along, std::int64_t energy) {
-    return line("  along %7.4f %7.4f %7.4f  %6lld ticks", along.x, along.y, along.z, static_cast<long long>(energy));
+    return format_line("  along %7.4f %7.4f %7.4f  %6lld ticks", along.x, along.y, along.z,
+                       static_cast<long long>(energy));
 }
 json::array vector_document(Vec3d vector) { return {vector.x, vector.y, vector.z}; }
 
@@ -41,15 +33,17 @@ const char* fate_text(HitFate fate) {
 const char* side_text(const HitRecord& record) { return record.side() == 0 ? "front" : "back"; }
 
 std::string hit_text(const Scene& scene, const PathHit& hit) {
-    std::string text = line("  hit %-4u", hit.record.bounce()) + place_text(position_of(scene, hit.record)) +
-                       way_text(hit.direction, hit.energy) + "  " + scene.surfaces[hit.surface].name +
-                       line(" (%s, triangle %u): %s", side_text(hit.record), hit.record.triangle, fate_text(hit.fate));
+    std::string text =
+        format_line("  hit %-4u", hit.record.bounce()) + place_text(position_of(scene, hit.record)) +
+        way_text(hit.direction, hit.energy) + "  " + scene.surfaces[hit.surface].name +
+        format_line(" (%s, triangle %u): %s", side_text(hit.record), hit.record.triangle, fate_text(hit.fate));
     const bool goes_on = hit.fate == HitFate::reflected || hit.fate == HitFate::transmitted;
-    if (goes_on && hit.absorbed != 0) text += line(", %lld absorbed", static_cast<long long>(hit.absorbed));
-    if (goes_on && hit.cut_off < 0) text += line(", %lld gained by roulette", static_cast<long long>(-hit.cut_off));
+    if (goes_on && hit.absorbed != 0) text += format_line(", %lld absorbed", static_cast<long long>(hit.absorbed));
+    if (goes_on && hit.cut_off < 0)
+        text += format_line(", %lld gained by roulette", static_cast<long long>(-hit.cut_off));
     if (!goes_on && hit.absorbed != 0 && hit.cut_off > 0)
-        text += line(" (%lld, after %lld absorbed)", static_cast<long long>(hit.cut_off),
-                     static_cast<long long>(hit.absorbed));
+        text += format_line(" (%lld, after %lld absorbed)", static_cast<long long>(hit.cut_off),
+                            static_cast<long long>(hit.absorbed));
     return text + "\n";
 }
 
@@ -77,11 +71,11 @@ json::object hit_document(const Scene& scene, const PathHit& hit) {
 }  // namespace
 
 std::string path_text(const Scene& scene, const TracedPath& path) {
-    std::string text = line("particle %llu: %.2f nm\n", static_cast<unsigned long long>(path.particle),
-                            wavelength_nm(path.wavelength));
+    std::string text = format_line("particle %llu: %.2f nm\n", static_cast<unsigned long long>(path.particle),
+                                   wavelength_nm(path.wavelength));
     text += "  start   " + place_text(path.position) + way_text(path.direction, path.energy) + "\n";
     for (const PathHit& hit : path.hits) text += hit_text(scene, hit);
-    if (path.escaped) text += line("  %-47s", "escapes") + way_text(*path.escaped, path.balance.escaped) + "\n";
+    if (path.escaped) text += format_line("  %-47s", "escapes") + way_text(*path.escaped, path.balance.escaped) + "\n";
     return text;
 }
 
@@ -99,9 +93,9 @@ json::object path_document(const Scene& scene, const TracedPath& path) {
 
 std::string balance_text(const EnergyBalance& balance) {
     return counted(balance.particles, "particle") + ", " + counted(balance.hits, "hit") + "; " +
-           line("ticks: %lld emitted = %lld absorbed + %lld escaped + %lld cut off\n",
-                static_cast<long long>(balance.emitted), static_cast<long long>(balance.absorbed),
-                static_cast<long long>(balance.escaped), static_cast<long long>(balance.cut_off));
+           format_line("ticks: %lld emitted = %lld absorbed + %lld escaped + %lld cut off\n",
+                       static_cast<long long>(balance.emitted), static_cast<long long>(balance.absorbed),
+                       static_cast<long long>(balance.escaped), static_cast<long long>(balance.cut_off));
 }
 
 json::object balance_document(const EnergyBalance& balance) {

@@ -53,6 +53,8 @@ struct JobRecord {
     bool paused = false;        ///< it gets no work until somebody resumes it
     bool audited = false;       ///< the disk keeps each result until the job is over
     bool begun = false;         ///< the disk holds what was done of it
+    std::vector<std::uint64_t> liars;  ///< instances of workers whose results are to be taken out of it again
+    bool distrusted = false;           ///< so are all results
     std::uint64_t solution_bytes = 0;
     std::int64_t ended_unix_seconds = 0;
 
@@ -60,8 +62,8 @@ struct JobRecord {
     bool over() const { return wire::is_over(status.state); }
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& cancel_asked& paused& audited& begun&
-            solution_bytes& ended_unix_seconds;
+        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& cancel_asked& paused& audited& begun;
+        ar& wire::at_most(liars, limits::sessions_max) & distrusted& solution_bytes& ended_unix_seconds;
     }
 };
 

@@ -43,7 +43,7 @@ void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t tick
 bool MasterCore::give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s) {
     for (Job* job : jobs) {
         const JobId id = job->record.id();
-        if (job->retraction || worker.declined.contains(id) || !audits_.has_set(id, session.instance())) continue;
+        if (has_liars(*job) || worker.declined.contains(id) || !audits_.has_set(id, session.instance())) continue;
         const LeaseId lease = new_lease();
         const Audits::Set set = audits_.give(id, session.instance(), lease, now_s);
         tell(session, worker, *job);
@@ -106,51 +106,54 @@ void MasterCore::condemn(WorkerId liar, JobId found_in, double now_s) {
              now_s);
 }
 
-/// Where single results are not kept, or their kept hits depend on what the liar has sent, all goes.
+/// Where single results are not kept, or their kept hits depend on what the liar has sent, all goes. The record says so
+/// first, so that a next life of the master does it, too.
 void MasterCore::begin_retraction(Job& job, WorkerId liar) {
-    const bool all = !job.record.audited || (job.active->packing() == Packing::maps && job.record.spec.keep_hits > 0);
-    if (!job.retraction) job.retraction.emplace();
-    job.retraction->workers.insert(liar);
-    if (!all) return;
-    job.retraction->all = true;
-    job.active->ledger().release_all();
-    audits_.drop(job.record.id());
+    job.record.liars.push_back(liar);
+    const bool all =
+        !job.record.audited || (job.active->packing() == Packing::maps && job.record.spec.keep_hits > 0);
+    if (all) {
+        job.record.distrusted = true;
+        job.active->ledger().release_all();
+        audits_.drop(job.record.id());
+    }
+    store_record(job);
 }
 
 /// When nothing that is to be retracted is on its way to the disk.
 void MasterCore::retract_if_quiet(Job& job) {
-    if (!job.retraction || job.retraction->on_its_way || job.retraction->waits) return;
+    if (!has_liars(job) || !job.active || job.retracting || job.retraction_waits) return;
+    const JobRecord& record = job.record;
+    const std::set<WorkerId> liars(record.liars.begin(), record.liars.end());
     const bool noisy = std::any_of(storing_.begin(), storing_.end(), [&](const auto& entry) {
         const Storing& storing = entry.second;
-        return storing.job == job.record.id() &&
-               (job.retraction->all || job.retraction->workers.contains(storing.worker));
+        return storing.job == record.id() && (record.distrusted || liars.contains(storing.worker));
     });
     if (noisy) return;
-    job.retraction->on_its_way = true;
-    effects_.push_back(Retract{job.record.id(), job.retraction->workers, job.retraction->all});
+    job.retracting = true;
+    effects_.push_back(Retract{record.id(), liars, record.distrusted});
 }
 
 Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left, double now_s) {
     Job* job = find(retract.job);
-    if (!job || !job->active || !job->retraction) return settle_and_take(now_s);
-    job->retraction->on_its_way = false;
+    if (!job || !job->active || !job->retracting) return settle_and_take(now_s);
+    job->retracting = false;
     if (!left) {
-        job->retraction->waits = true;
+        job->retraction_waits = true;
         await_space(left.error(), now_s);
         return settle_and_take(now_s);
     }
     job->active->retract(std::move(*left));
-    for (const WorkerId worker : retract.workers) {
-        job->retraction->workers.erase(worker);
-        job->contributors.erase(worker);
-    }
-    if (job->retraction->workers.empty()) job->retraction.reset();
+    std::erase_if(job->record.liars, [&](WorkerId worker) { return retract.workers.contains(worker); });
+    if (retract.all && job->record.liars.empty()) job->record.distrusted = false;
+    for (const WorkerId worker : retract.workers) job->contributors.erase(worker);
+    store_record(*job);
     return settle_and_take(now_s);
 }
 
 /// Whether the job has to wait before it may end: for a retraction, or for audits that somebody can still carry out.
 bool MasterCore::is_questioned(const Job& job) {
-    if (job.retraction) return true;
+    if (has_liars(job)) return true;
     std::set<WorkerId> able;
     for (const auto& [id, session] : sessions_)
         if (session.worker() && !session.worker()->declined.contains(job.record.id())) able.insert(session.instance());

@@ -107,13 +107,6 @@ private:
         std::uint64_t request_id = 0;
         wire::JobAction action = wire::JobAction::pause;
     };
-    /// Results that are to be taken out of a job again.
-    struct Retraction {
-        std::set<WorkerId> workers;
-        bool all = false;
-        bool on_its_way = false;
-        bool waits = false;  ///< for space on the disk
-    };
     struct Job {
         JobRecord record;
         Phase phase = Phase::queued;
@@ -127,7 +120,8 @@ private:
         std::size_t results_on_their_way = 0;  ///< to the disk
         std::size_t records_on_their_way = 0;  ///< to the disk
         std::vector<Asker> askers;             ///< to be answered when the record lasts
-        std::optional<Retraction> retraction;  ///< no sets are given out meanwhile
+        bool retracting = false;        ///< what liars have traced is being taken out on the disk
+        bool retraction_waits = false;  ///< for space on the disk
         bool record_waits = false;             ///< for space on the disk
         bool solution_waits = false;           ///< for space on the disk
         JobEffort effort;                      ///< storing: for the solution
@@ -232,6 +226,7 @@ private:
     void condemn(WorkerId liar, JobId found_in, double now_s);
     void begin_retraction(Job& job, WorkerId liar);
     void retract_if_quiet(Job& job);
+    static bool has_liars(const Job& job) { return !job.record.liars.empty(); }
     bool is_questioned(const Job& job);
 
     // why a job is not over (master_why.cpp)

@@ -114,7 +114,7 @@ void MasterCore::try_again(double now_s) {
     for (auto& [id, job] : jobs_) {
         waiting = waiting || job.record_waits || job.solution_waits;
         if (job.record_waits) store_record(job);
-        if (job.retraction && std::exchange(job.retraction->waits, false)) waiting = true;
+        waiting = waiting || std::exchange(job.retraction_waits, false);
         if (std::exchange(job.solution_waits, false)) effects_.push_back(StoreSolution{job.record, job.effort});
     }
     for (auto& [ticket, storing] : storing_) {

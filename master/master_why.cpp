@@ -82,8 +82,8 @@ std::string MasterCore::why_running(const Job& job, double now_s) const {
                " that are connected could not load its scene (see their logs)";
     if (ledger.unleased() > 0 && ledger.outstanding() == 0)
         return name + " waits for its turn among the jobs that share " + counted(connected, "worker");
-    if (job.retraction)
-        return name + " has lost what " + counted(job.retraction->workers.size(), "worker") +
+    if (has_liars(job))
+        return name + " has lost what " + counted(job.record.liars.size(), "worker") +
                " had traced: others contradicted it; that is traced again";
     if (ledger.complete())
         return name + " waits for " + counted(audits_.pending(job.record.id()), "audit") + " to end" +

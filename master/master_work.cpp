@@ -206,7 +206,7 @@ MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<J
     Job* fewest = nullptr;
     Job* current = nullptr;
     for (Job* job : jobs) {
-        if (job->retraction || worker.declined.contains(job->record.id())) continue;
+        if (has_liars(*job) || worker.declined.contains(job->record.id())) continue;
         if (!job->active->ledger().has_set(hands, now_s)) continue;
         if (fewest && job->record.spec.priority < fewest->record.spec.priority) break;
         const auto leases = [](const Job* of) { return of->active->ledger().outstanding(); };

@@ -1,14 +1,13 @@
 #include "cli/products/inspect.h"
 
+#include "cli/products/format_line.h"
 #include "common/solution/estimate.h"
 #include "common/solution/solution.h"
 
 #include <boost/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace lumenfarm {
 namespace {
@@ -75,15 +74,8 @@ json::object job_fields(const JobSpec& spec) {
             {"keep_hits", spec.keep_hits}};
 }
 
-template <class... Values>
-std::string line(const char* format, Values... values) {
-    std::array<char, 512> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), format, values...);
-    return buffer.data();
-}
-
 std::string percent(double relative_error) {
-    return std::isfinite(relative_error) ? line("%.3g %%", 100 * relative_error) : "-";
+    return std::isfinite(relative_error) ? format_line("%.3g %%", 100 * relative_error) : "-";
 }
 
 }  // namespace
@@ -119,26 +111,27 @@ std::string inspect_table(const LoadedRun& run) {
     const double watts = tick_value(run.emission, solution).watts;
     const auto in_watts = [&](std::int64_t ticks) { return static_cast<double>(ticks) * watts; };
     std::string text = "digest     " + solution_digest(solution).hex() + "\nscene      " + run.scene_name.hex() + "\n";
-    text +=
-        line("particles  %llu of %llu%s\nhits       %llu\n", static_cast<unsigned long long>(balance.particles),
-             static_cast<unsigned long long>(solution.spec.particles),
-             solution.complete() ? "" : " (the job was not finished)", static_cast<unsigned long long>(balance.hits));
-    text += line("energy     emitted %.6g W = absorbed %.6g W + escaped %.6g W + cut off %.6g W%s\n",
-                 in_watts(balance.emitted), in_watts(balance.absorbed), in_watts(balance.escaped),
-                 in_watts(balance.cut_off), balance.closed() ? ", exact" : ", NOT EXACT");
-    text += line("time       %.2f s in all, %.2f s of tracing, %u workers\n", solution.time.total_s,
-                 solution.time.trace_s, solution.time.workers);
+    text += format_line(
+        "particles  %llu of %llu%s\nhits       %llu\n", static_cast<unsigned long long>(balance.particles),
+        static_cast<unsigned long long>(solution.spec.particles),
+        solution.complete() ? "" : " (the job was not finished)", static_cast<unsigned long long>(balance.hits));
+    text += format_line("energy     emitted %.6g W = absorbed %.6g W + escaped %.6g W + cut off %.6g W%s\n",
+                        in_watts(balance.emitted), in_watts(balance.absorbed), in_watts(balance.escaped),
+                        in_watts(balance.cut_off), balance.closed() ? ", exact" : ", NOT EXACT");
+    text += format_line("time       %.2f s in all, %.2f s of tracing, %u workers\n", solution.time.total_s,
+                        solution.time.trace_s, solution.time.workers);
     text += "\nlight                             flux [W]     flux [lm]     particles\n";
     for (std::size_t i = 0; i < run.scene.lights.size(); ++i)
-        text += line("%-30.30s %11.5g %13.5g %13llu\n", run.scene.lights[i].name.c_str(), run.emission.lights[i].flux_w,
-                     run.emission.lights[i].flux_lm, static_cast<unsigned long long>(solution.committed[i].size()));
+        text += format_line("%-30.30s %11.5g %13.5g %13llu\n", run.scene.lights[i].name.c_str(),
+                            run.emission.lights[i].flux_w, run.emission.lights[i].flux_lm,
+                            static_cast<unsigned long long>(solution.committed[i].size()));
     text += "\nsurface                          area [m2]   E [W/m2]     E [lx]     error          hits\n";
     const auto estimates = surface_estimates(run.scene, run.emission, solution);
     for (std::size_t i = 0; i < estimates.size(); ++i) {
         const AreaEstimate& total = estimates[i].total;
-        text += line("%-30.30s %11.5g %10.5g %10.5g %9s %13llu\n", run.scene.surfaces[i].name.c_str(), total.area_m2,
-                     total.irradiance_w_m2, total.illuminance_lx, percent(total.relative_error).c_str(),
-                     static_cast<unsigned long long>(total.hits));
+        text += format_line("%-30.30s %11.5g %10.5g %10.5g %9s %13llu\n", run.scene.surfaces[i].name.c_str(),
+                            total.area_m2, total.irradiance_w_m2, total.illuminance_lx,
+                            percent(total.relative_error).c_str(), static_cast<unsigned long long>(total.hits));
     }
     return text;
 }

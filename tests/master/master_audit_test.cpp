@@ -102,5 +102,33 @@ TEST_F(AuditedMasterTest, LiarIsKeptOutAndAllThatItCommittedIsTracedAgain) {
     EXPECT_GE(master_.discarded(Discard::quarantined), 2u);
 }
 
+TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    deliver(ann, lie(pull(ann, 1).at(0), ++results_));
+    join(bob, 12);
+    work(bob);
+    join(cid, 13);
+    work(cid);
+    ASSERT_TRUE(find<Retract>());
+    const JobRecord kept = *master_.record(job);
+    EXPECT_EQ(kept.liars, std::vector<std::uint64_t>{11});
+
+    master_ = MasterCore(policy());
+    master_.restore(kept);
+    take(master_.tick(now_s_));
+    prepare({});
+    const auto retract = find<Retract>();
+    ASSERT_TRUE(retract);
+    EXPECT_EQ(retract->workers, std::set<WorkerId>{11});
+    join(bob, 12);
+    EXPECT_TRUE(pull(bob, 1).empty());
+    Retracted left;
+    left.committed.resize(2);
+    take(master_.on_retracted(*retract, std::move(left), now_s_));
+    EXPECT_TRUE(master_.record(job)->liars.empty());
+    EXPECT_EQ(all_sent<wire::Lease>(bob).size(), 1u);
+}
+
 }  // namespace
 }  // namespace lumenfarm::testing
