@@ -64,16 +64,16 @@ struct Prepare {
 
 /// Take results of a job out again, as if they had never been. Answer: on_retracted.
 struct Retract {
-    JobId job = 0;
-    std::set<WorkerId> workers;  ///< theirs
-    bool all = false;            ///< everybody's
+    JobRecord record;              ///< as it is when that is done
+    std::set<MachineId> machines;  ///< what they have traced
+    bool all = false;              ///< or everybody
 };
 
 /// Make the result last, then add it up. Several go to the disk together. Answer: on_results_stored.
 struct StoreResult {
     std::uint64_t ticket = 0;
     JobId job = 0;
-    WorkerId worker = 0;
+    MachineId machine = 0;
     std::shared_ptr<const StagedResult> result;  ///< complete
 };
 

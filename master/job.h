@@ -48,12 +48,12 @@ struct JobRecord {
     wire::JobStatus status;
     Digest solution_file;  ///< valid when has_solution
     bool has_solution = false;
-    bool complete = false;      ///< the solution holds every particle
-    bool cancel_asked = false;  ///< it ends as soon as what is on its way has arrived
-    bool paused = false;        ///< it gets no work until somebody resumes it
-    bool audited = false;       ///< the disk keeps each result until the job is over
-    bool begun = false;         ///< the disk holds what was done of it
-    std::vector<std::uint64_t> liars;  ///< instances of workers whose results are to be taken out of it again
+    bool complete = false;             ///< the solution holds every particle
+    bool cancel_asked = false;         ///< it ends as soon as what is on its way has arrived
+    bool paused = false;               ///< it gets no work until somebody resumes it
+    bool audited = false;              ///< the disk keeps each result until the job is over
+    bool begun = false;                ///< the disk holds what was done of it
+    std::vector<std::uint64_t> liars;  ///< machines whose results are to be taken out of it again
     bool distrusted = false;           ///< so are all results
     std::uint64_t solution_bytes = 0;
     std::int64_t ended_unix_seconds = 0;

@@ -91,7 +91,7 @@ Result<void> JobLog::recover_result(const StoredResult& stored) {
     return {};
 }
 
-Result<StoredResult> JobLog::append(const StagedResult& result, WorkerId worker) {
+Result<StoredResult> JobLog::append(const StagedResult& result, MachineId machine) {
     if (!segment_) {
         const std::uint64_t number = segments_.empty() ? 0 : *segments_.rbegin() + 1;
         auto made = Segment::make(disk_, path(number));
@@ -106,7 +106,7 @@ Result<StoredResult> JobLog::append(const StagedResult& result, WorkerId worker)
     appended_bytes_ += bytes.size();
     return StoredResult{job_,    next_result_++, *segments_.rbegin(),
                         *offset, bytes.size(),   XXH3_64bits(bytes.data(), bytes.size()),
-                        worker};
+                        machine};
 }
 
 Result<void> JobLog::sync() { return segment_ ? segment_->sync() : Result<void>(); }

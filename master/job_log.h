@@ -29,7 +29,7 @@ public:
 
     /// Writes a result behind those before. sync() makes them last. Then all of them are committed to the job store,
     /// kept and merged, or all are undone. Errors: no_space, failed.
-    Result<StoredResult> append(const StagedResult& result, WorkerId worker);
+    Result<StoredResult> append(const StagedResult& result, MachineId machine);
     Result<void> sync();
     void keep();
     void merge(const StagedResult& result) { sums_.merge(result); }

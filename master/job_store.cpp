@@ -20,7 +20,7 @@ constexpr std::array schema{
 
     "CREATE TABLE results (job INTEGER NOT NULL, number INTEGER NOT NULL, segment INTEGER NOT NULL,"
     " first_byte INTEGER NOT NULL, bytes INTEGER NOT NULL, bytes_checksum INTEGER NOT NULL,"
-    " worker INTEGER NOT NULL, checksum INTEGER NOT NULL, PRIMARY KEY (job, number)) STRICT, WITHOUT ROWID;"
+    " machine INTEGER NOT NULL, checksum INTEGER NOT NULL, PRIMARY KEY (job, number)) STRICT, WITHOUT ROWID;"
     "CREATE TABLE leases (lease INTEGER PRIMARY KEY, job INTEGER NOT NULL, worker INTEGER NOT NULL,"
     " light INTEGER NOT NULL, first INTEGER NOT NULL, count INTEGER NOT NULL, checksum INTEGER NOT NULL) STRICT;"
     "CREATE INDEX leases_of_job ON leases (job);"
@@ -40,7 +40,7 @@ std::uint64_t checksum(std::span<const std::uint64_t> numbers) {
 }
 
 std::array<std::uint64_t, 7> numbers_of(const StoredResult& result) {
-    return {result.job, result.number, result.segment, result.offset, result.bytes, result.checksum, result.worker};
+    return {result.job, result.number, result.segment, result.offset, result.bytes, result.checksum, result.machine};
 }
 
 std::array<std::uint64_t, 6> numbers_of(const StoredLease& stored) {
@@ -219,12 +219,14 @@ Result<void> JobStore::checkpoint(JobId job, const Snapshot& snapshot, bool keep
     return all->commit();
 }
 
-Result<void> JobStore::retract(JobId job, const std::set<WorkerId>& workers, bool all_results) {
+Result<void> JobStore::retract(const JobRecord& record, const std::set<MachineId>& machines, bool all_results) {
+    const JobId job = record.id();
     auto all = database_.begin();
     if (!all) return all.error();
+    if (auto written = write_record(record); !written) return written;
     if (auto removed = remove_rows("DELETE FROM snapshots WHERE job = ?", std::array{job}); !removed) return removed;
-    for (const WorkerId worker : workers)
-        if (auto removed = remove_rows("DELETE FROM results WHERE job = ? AND worker = ?", std::array{job, worker});
+    for (const MachineId machine : machines)
+        if (auto removed = remove_rows("DELETE FROM results WHERE job = ? AND machine = ?", std::array{job, machine});
             !removed)
             return removed;
     if (all_results)

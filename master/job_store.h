@@ -27,7 +27,7 @@ struct StoredResult {
     std::uint64_t offset = 0;
     std::uint64_t bytes = 0;
     std::uint64_t checksum = 0;  ///< XXH3-64 of the bytes
-    WorkerId worker = 0;
+    MachineId machine = 0;
     bool operator==(const StoredResult&) const = default;
 };
 
@@ -71,8 +71,8 @@ public:
     /// The snapshot takes the place of an older one and of the results in it.
     /// `keep_results`: they stay beside it.
     Result<void> checkpoint(JobId job, const Snapshot& snapshot, bool keep_results);
-    /// Forgets the snapshot, and the results of the workers, or all.
-    Result<void> retract(JobId job, const std::set<WorkerId>& workers, bool all);
+    /// Writes the record, and forgets the job's snapshot and the results of the machines, or all.
+    Result<void> retract(const JobRecord& record, const std::set<MachineId>& machines, bool all_results);
 
     /// What is kept of a job that is not over.
     struct Unfinished {

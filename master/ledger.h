@@ -22,7 +22,8 @@ using LeaseId = std::uint64_t;
 constexpr LeaseId lease_id(std::uint32_t epoch, std::uint32_t number) { return LeaseId{epoch} << 32 | number; }
 constexpr std::uint32_t epoch_of(LeaseId lease) { return static_cast<std::uint32_t>(lease >> 32); }
 
-using WorkerId = std::uint64_t;
+using WorkerId = std::uint64_t;   ///< of one process of a worker
+using MachineId = std::uint64_t;  ///< of the PC that it runs on: the same for its next process
 
 /// What a result says it covers: a part of a lease, or all of it.
 struct Claim {
@@ -89,6 +90,8 @@ public:
     void extend(WorkerId worker, double deadline_s);
     /// Brings the deadlines of a worker that is away down to `deadline_s`.
     void shorten(WorkerId worker, double deadline_s);
+    /// The worker is there, and nothing killed it.
+    void forgive(WorkerId worker, double now_s);
     /// Takes back every lease whose deadline has passed, the worker being lost, and says how many they were.
     std::uint64_t expire(double now_s);
 
@@ -124,8 +127,8 @@ private:
         std::uint32_t light = 0;
         double given_s = 0;
         double deadline_s = 0;
-        LeaseId twin = 0;          ///< 0: none
-        std::uint32_t losses = 0;  ///< of its particles, before
+        LeaseId twin = 0;                 ///< 0: none
+        std::vector<WorkerId> lost_with;  ///< workers that were lost with its particles, before
         std::vector<IntervalSet::Interval> owed;
     };
     struct LightShare {

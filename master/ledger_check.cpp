@@ -31,9 +31,9 @@ std::optional<std::string> Ledger::contradiction() const {
     for (const LostSet& lost : lost_.waiting())
         if (const auto piece = interval_of(lost.range); twice(lost.range.light, piece))
             return of_light(lost.range.light, piece) + " wait after a loss and are elsewhere, too";
-    for (const ParticleRange& range : lost_.set_aside())
-        if (const auto piece = interval_of(range); twice(range.light, piece))
-            return of_light(range.light, piece) + " are set aside and elsewhere, too";
+    for (const LostSet& aside : lost_.set_aside())
+        if (const auto piece = interval_of(aside.range); twice(aside.range.light, piece))
+            return of_light(aside.range.light, piece) + " are set aside and elsewhere, too";
     std::uint64_t free = 0, committed = 0;
     for (std::uint32_t light = 0; light < shares_.size(); ++light) {
         const LightShare& share = shares_[light];

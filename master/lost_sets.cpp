@@ -6,12 +6,28 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace lumenfarm {
 
-void LostSets::add(const ParticleRange& range, std::uint32_t losses, double now_s) {
-    if (losses >= limits::losses_max) return set_aside_.push_back(range);
-    waiting_.push_back({range, losses, now_s + limits::retry_seconds * std::exp2(losses - 1)});
+void LostSets::add(const ParticleRange& range, std::vector<std::uint64_t> lost_with, double now_s) {
+    const auto losses = static_cast<double>(lost_with.size());
+    LostSet lost{range, std::move(lost_with), now_s + limits::retry_seconds * std::exp2(losses - 1)};
+    (lost.lost_with.size() >= limits::losses_max ? set_aside_ : waiting_).push_back(std::move(lost));
+}
+
+void LostSets::forgive(std::uint64_t worker, double now_s) {
+    for (auto* sets : {&waiting_, &set_aside_})
+        for (LostSet& lost : *sets) std::erase(lost.lost_with, worker);
+    for (std::size_t i = 0; i < set_aside_.size();) {
+        if (set_aside_[i].lost_with.size() >= limits::losses_max) {
+            ++i;
+            continue;
+        }
+        const LostSet back = std::move(set_aside_[i]);
+        set_aside_.erase(set_aside_.begin() + static_cast<std::ptrdiff_t>(i));
+        add(back.range, back.lost_with, now_s);
+    }
 }
 
 bool LostSets::ready(double now_s, bool alone) const {
@@ -33,14 +49,9 @@ std::optional<LostSet> LostSets::take(double now_s, bool alone, std::uint64_t co
     return taken;
 }
 
-std::uint64_t LostSets::waiting_particles() const {
-    return std::accumulate(waiting_.begin(), waiting_.end(), std::uint64_t{0},
+std::uint64_t LostSets::particles_of(const std::vector<LostSet>& sets) {
+    return std::accumulate(sets.begin(), sets.end(), std::uint64_t{0},
                            [](std::uint64_t sum, const LostSet& lost) { return sum + lost.range.count; });
-}
-
-std::uint64_t LostSets::set_aside_particles() const {
-    return std::accumulate(set_aside_.begin(), set_aside_.end(), std::uint64_t{0},
-                           [](std::uint64_t sum, const ParticleRange& range) { return sum + range.count; });
 }
 
 }  // namespace lumenfarm

@@ -8,19 +8,22 @@
 
 /// Particles whose workers were lost while they had them. They are given out again after a wait that doubles with each
 /// loss. What was lost twice goes only to a worker that has nothing else in hand, so that a set that kills workers is
-/// told from sets that were lost beside it. What was lost limits::losses_max times is set aside.
+/// told from sets that were lost beside it. What limits::losses_max workers were lost with is set aside. A worker that
+/// comes back was not killed.
 namespace lumenfarm {
 
 struct LostSet {
     ParticleRange range;
-    std::uint32_t losses = 1;
+    std::vector<std::uint64_t> lost_with;  ///< processes of workers
     double ready_s = 0;
-    bool alone() const { return losses > 1; }
+    bool alone() const { return lost_with.size() > 1; }
 };
 
 class LostSets {
 public:
-    void add(const ParticleRange& range, std::uint32_t losses, double now_s);
+    void add(const ParticleRange& range, std::vector<std::uint64_t> lost_with, double now_s);
+    /// The worker is there again: what was lost with it is less suspect.
+    void forgive(std::uint64_t worker, double now_s);
 
     /// Whether take() has one.
     bool ready(double now_s, bool alone) const;
@@ -29,13 +32,15 @@ public:
     std::optional<LostSet> take(double now_s, bool alone, std::uint64_t count);
 
     const std::vector<LostSet>& waiting() const { return waiting_; }
-    std::uint64_t waiting_particles() const;
-    std::uint64_t set_aside_particles() const;
-    const std::vector<ParticleRange>& set_aside() const { return set_aside_; }
+    const std::vector<LostSet>& set_aside() const { return set_aside_; }
+    std::uint64_t waiting_particles() const { return particles_of(waiting_); }
+    std::uint64_t set_aside_particles() const { return particles_of(set_aside_); }
 
 private:
+    static std::uint64_t particles_of(const std::vector<LostSet>& sets);
+
     std::vector<LostSet> waiting_;
-    std::vector<ParticleRange> set_aside_;
+    std::vector<LostSet> set_aside_;
 };
 
 }  // namespace lumenfarm

@@ -32,20 +32,21 @@ std::vector<ParticleRange> ranges_of(const wire::ResultDone& done) {
 void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s) {
     const double chance =
         std::ldexp(static_cast<double>(XXH3_64bits_withSeed(&ticket, sizeof ticket, policy_.audit_key)), -64);
-    if (job.phase != Phase::running || chance >= policy_.audit_fraction) return;
+    if (job.phase != Phase::running || chance >= policy_.audit_fraction || liars_.contains(stored.machine)) return;
+    if (audits_.size() >= limits::audits_max) return count(Discard::audit_hopeless, 1, "too many wait already");
     const std::uint64_t threshold = job.active->keep_threshold();
     const wire::ResultDone& done = stored.result->done();
     const double patience_s = limits::audit_seconds + limits::audit_slowness_max * done.trace_seconds;
-    audits_.begin(job.record.id(), stored.worker, ranges_of(done), now_s, patience_s, threshold,
+    audits_.begin(job.record.id(), stored.machine, ranges_of(done), now_s, patience_s, threshold,
                   result_fingerprint(*stored.result, threshold, policy_.audit_key));
 }
 
 bool MasterCore::give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s) {
     for (Job* job : jobs) {
         const JobId id = job->record.id();
-        if (has_liars(*job) || worker.declined.contains(id) || !audits_.has_set(id, session.instance())) continue;
+        if (has_liars(*job) || worker.declined.contains(id) || !audits_.has_set(id, session.machine())) continue;
         const LeaseId lease = new_lease();
-        const Audits::Set set = audits_.give(id, session.instance(), lease, now_s);
+        const Audits::Set set = audits_.give(id, session.machine(), lease, now_s);
         tell(session, worker, *job);
         --worker.wanted;
         worker.job = id;
@@ -59,7 +60,7 @@ bool MasterCore::give_audit_set(Session& session, Worker& worker, const std::vec
 bool MasterCore::take_audit(Session& session, StagedResult& result, wire::ResultDone& done, double now_s) {
     const std::vector<Claim> claims = claims_of(done);
     if (claims.empty() || !audits_.holds(claims.front().lease)) return false;
-    const auto audit = audits_.check(session.instance(), claims);
+    const auto audit = audits_.check(session.machine(), claims);
     const JobId job = done.job;
     const std::uint64_t number = done.result;
     Outcome outcome;
@@ -69,7 +70,7 @@ bool MasterCore::take_audit(Session& session, StagedResult& result, wire::Result
         outcome = {result.blameless() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
     }
     if (outcome.verdict != wire::Verdict::accepted) {
-        audits_.forget(session.instance(), claims.front().lease);
+        audits_.forget(session.machine(), claims.front().lease, now_s);
         answer(session.instance(), job, number, outcome, now_s);
         return true;
     }
@@ -78,43 +79,44 @@ bool MasterCore::take_audit(Session& session, StagedResult& result, wire::Result
     Job& audited = jobs_.at(job);
     if (const auto finding = audits_.take(*audit, claims, said)) {
         ++audited.record.status.audits;
-        for (const WorkerId liar : finding->liars) condemn(liar, job, now_s);
+        for (const MachineId liar : finding->liars) condemn(liar, job, now_s);
     }
     if (Job* still = find(job); still && still->active) end_if_finished(*still, now_s);
     return true;
 }
 
-/// Nothing that a liar has committed to a running job is believed.
-void MasterCore::condemn(WorkerId liar, JobId found_in, double now_s) {
+/// Nothing that a liar has committed to a job that is not over is believed.
+void MasterCore::condemn(MachineId liar, JobId found_in, double now_s) {
     if (!liars_.insert(liar).second) return;
     ++jobs_.at(found_in).record.status.liars;
-    audits_.forget(liar);
-    for (auto& [id, job] : jobs_) {
-        if (!job.active) continue;
-        Ledger& ledger = job.active->ledger();
-        for (const LeaseId lease : ledger.leases_of(liar)) ledger.release(lease);
-        begin_retraction(job, liar);
+    audits_.distrust(liar, now_s);
+    for (auto& [id, job] : jobs_)
+        if (job.record.begun && !job.record.over() && job.phase != Phase::storing) begin_retraction(job, liar);
+    std::vector<SessionId> theirs;
+    for (const auto& [id, session] : sessions_)
+        if (session.worker() && session.machine() == liar) theirs.push_back(id);
+    for (const SessionId id : theirs) {
+        for (auto& [number, job] : jobs_) {
+            if (!job.active) continue;
+            Ledger& ledger = job.active->ledger();
+            for (const LeaseId lease : ledger.leases_of(sessions_.at(id).instance())) ledger.release(lease);
+        }
+        send_off(id, wire::GoodbyeReason::refused, Discard::quarantined,
+                 "two other machines contradict what this one has traced for job " + std::to_string(found_in) +
+                     ": look at its memory; it is kept out until the master starts again",
+                 now_s);
     }
-    const auto found = std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
-        return entry.second.worker() && entry.second.instance() == liar;
-    });
-    if (found == sessions_.end()) return;
-    liar_names_.insert(found->second.hello.name);
-    send_off(found->first, wire::GoodbyeReason::refused, Discard::quarantined,
-             "two other workers contradict what this one has traced for job " + std::to_string(found_in) +
-                 ": look at its memory; it is kept out until the master starts again",
-             now_s);
 }
 
 /// Where single results are not kept, or their kept hits depend on what the liar has sent, all goes. The record says so
 /// first, so that a next life of the master does it, too.
-void MasterCore::begin_retraction(Job& job, WorkerId liar) {
+void MasterCore::begin_retraction(Job& job, MachineId liar) {
     job.record.liars.push_back(liar);
     const bool all =
-        !job.record.audited || (job.active->packing() == Packing::maps && job.record.spec.keep_hits > 0);
+        !job.record.audited || (job.record.status.packing == Packing::maps && job.record.spec.keep_hits > 0);
     if (all) {
         job.record.distrusted = true;
-        job.active->ledger().release_all();
+        if (job.active) job.active->ledger().release_all();
         audits_.drop(job.record.id());
     }
     store_record(job);
@@ -124,18 +126,21 @@ void MasterCore::begin_retraction(Job& job, WorkerId liar) {
 void MasterCore::retract_if_quiet(Job& job) {
     if (!has_liars(job) || !job.active || job.retracting || job.retraction_waits) return;
     const JobRecord& record = job.record;
-    const std::set<WorkerId> liars(record.liars.begin(), record.liars.end());
+    const std::set<MachineId> liars(record.liars.begin(), record.liars.end());
     const bool noisy = std::any_of(storing_.begin(), storing_.end(), [&](const auto& entry) {
         const Storing& storing = entry.second;
-        return storing.job == record.id() && (record.distrusted || liars.contains(storing.worker));
+        return storing.job == record.id() && (record.distrusted || liars.contains(storing.machine));
     });
     if (noisy) return;
     job.retracting = true;
-    effects_.push_back(Retract{record.id(), liars, record.distrusted});
+    JobRecord after = record;
+    after.liars.clear();
+    after.distrusted = false;
+    effects_.push_back(Retract{std::move(after), liars, record.distrusted});
 }
 
 Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left, double now_s) {
-    Job* job = find(retract.job);
+    Job* job = find(retract.record.id());
     if (!job || !job->active || !job->retracting) return settle_and_take(now_s);
     job->retracting = false;
     if (!left) {
@@ -144,9 +149,9 @@ Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left,
         return settle_and_take(now_s);
     }
     job->active->retract(std::move(*left));
-    std::erase_if(job->record.liars, [&](WorkerId worker) { return retract.workers.contains(worker); });
-    if (retract.all && job->record.liars.empty()) job->record.distrusted = false;
-    for (const WorkerId worker : retract.workers) job->contributors.erase(worker);
+    job->committed_at.clear();
+    std::erase_if(job->record.liars, [&](MachineId machine) { return retract.machines.contains(machine); });
+    if (job->record.liars.empty()) job->record.distrusted = false;
     store_record(*job);
     return settle_and_take(now_s);
 }
@@ -154,9 +159,9 @@ Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left,
 /// Whether the job has to wait before it may end: for a retraction, or for audits that somebody can still carry out.
 bool MasterCore::is_questioned(const Job& job) {
     if (has_liars(job)) return true;
-    std::set<WorkerId> able;
+    std::set<MachineId> able;
     for (const auto& [id, session] : sessions_)
-        if (session.worker() && !session.worker()->declined.contains(job.record.id())) able.insert(session.instance());
+        if (session.worker() && !session.worker()->declined.contains(job.record.id())) able.insert(session.machine());
     count(Discard::audit_hopeless, audits_.drop_hopeless(job.record.id(), able));
     return audits_.pending(job.record.id()) > 0;
 }

@@ -148,7 +148,7 @@ Result<void> MasterCore::extend(Job& job, std::uint64_t particles, double now_s)
         if (record.has_solution) job.basis = record.solution_file;
         record.audited = false;  // of what is in the solution no single result is kept
         job.phase = Phase::queued;
-        job.resumes = record.begun = record.has_solution;
+        record.begun = record.has_solution;
         record.has_solution = record.complete = false;
         record.status.state = JobState::queued;
         record.status.digest.reset();
@@ -180,6 +180,7 @@ Result<void> MasterCore::remove(Job& job) {
                            [&](const Admit& admit) { return admit.submit.scene.file == file; });
     });
     job.phase = Phase::removing;
+    job.record_waits = false;
     effects_.push_back(RemoveJob{record.id(), std::move(files)});
     return {};
 }
@@ -199,22 +200,27 @@ Effects MasterCore::on_removed(const RemoveJob& removal, const Result<void>& rem
     return settle_and_take(now_s);
 }
 
-/// By age, and then by size from the one that ended first. One at a time.
+/// By age; by size from the one that ended first, but never the last result. One at a time.
 void MasterCore::remove_old_jobs(double now_s) {
     if (no_space_) return;
     Job* oldest = nullptr;
-    std::uint64_t bytes = 0;
+    Job* oldest_result = nullptr;
+    std::uint64_t bytes = 0, results = 0;
+    const auto older = [](const Job& job, const Job* than) {
+        return !than || job.record.ended_unix_seconds < than->record.ended_unix_seconds;
+    };
     for (auto& [id, job] : jobs_) {
         if (job.phase == Phase::removing) return;
-        bytes += job.record.solution_bytes;
         if (job.phase != Phase::over || job.records_on_their_way > 0 || job.record_waits) continue;
-        if (!oldest || job.record.ended_unix_seconds < oldest->record.ended_unix_seconds) oldest = &job;
+        if (older(job, oldest)) oldest = &job;
+        if (!job.record.has_solution) continue;
+        bytes += job.record.solution_bytes;
+        ++results;
+        if (older(job, oldest_result)) oldest_result = &job;
     }
-    if (!oldest) return;
-    const double age_s = static_cast<double>(unix_seconds(now_s) - oldest->record.ended_unix_seconds);
-    const bool too_old = policy_.keep_seconds && age_s > *policy_.keep_seconds;
-    const bool too_much = policy_.keep_bytes && bytes > *policy_.keep_bytes;
-    if (too_old || too_much) (void)remove(*oldest);
+    const auto age_s = [&] { return static_cast<double>(unix_seconds(now_s) - oldest->record.ended_unix_seconds); };
+    if (policy_.keep_bytes && bytes > *policy_.keep_bytes && results > 1) return (void)remove(*oldest_result);
+    if (policy_.keep_seconds && oldest && age_s() > *policy_.keep_seconds) (void)remove(*oldest);
 }
 
 }  // namespace lumenfarm

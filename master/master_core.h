@@ -31,10 +31,10 @@ struct MasterPolicy {
     double checkpoint_seconds = 10;                        ///< between two snapshots of a job
     double dead_seconds = limits::dead_seconds;            ///< a connection that is silent for so long is closed
     double reconnect_seconds = limits::reconnect_seconds;  ///< leases of a lost connection wait so long
-    double audit_fraction = 0;                ///< of the results are traced again by another worker
-    std::uint64_t audit_key = 0;              ///< random: nobody knows which, nor what they are reduced to
-    std::int64_t started_unix_seconds = 0;    ///< when the clock of the events was 0
-    std::optional<double> keep_seconds;       ///< jobs that ended longer ago are removed
+    double audit_fraction = 0;                             ///< of the results are traced again by another worker
+    std::uint64_t audit_key = 0;                           ///< random: nobody knows which, nor what they are reduced to
+    std::int64_t started_unix_seconds = 0;                 ///< when the clock of the events was 0
+    std::optional<double> keep_seconds;                    ///< jobs that ended longer ago are removed
     std::optional<std::uint64_t> keep_bytes;  ///< while solutions take more, the job that ended first is removed
 };
 
@@ -120,8 +120,8 @@ private:
         std::size_t results_on_their_way = 0;  ///< to the disk
         std::size_t records_on_their_way = 0;  ///< to the disk
         std::vector<Asker> askers;             ///< to be answered when the record lasts
-        bool retracting = false;        ///< what liars have traced is being taken out on the disk
-        bool retraction_waits = false;  ///< for space on the disk
+        bool retracting = false;               ///< what liars have traced is being taken out on the disk
+        bool retraction_waits = false;         ///< for space on the disk
         bool record_waits = false;             ///< for space on the disk
         bool solution_waits = false;           ///< for space on the disk
         JobEffort effort;                      ///< storing: for the solution
@@ -133,6 +133,7 @@ private:
     struct Storing {
         JobId job = 0;
         WorkerId worker = 0;
+        MachineId machine = 0;
         std::shared_ptr<const StagedResult> result;
         bool waiting_for_space = false;
         std::vector<std::pair<WorkerId, wire::ResultDone>> repeated;  ///< came with some of its particles meanwhile
@@ -163,6 +164,8 @@ private:
     void give_work(double now_s);
     static Job* job_for(const Session& session, const std::vector<Job*>& jobs, Ledger::Hands hands, double now_s);
     bool has_suspect(Worker& worker);
+    bool keeps_hands_free(const Session& session, const std::vector<Job*>& jobs, double now_s);
+    bool nobody_can_trace(const Job& job) const;
     Ledger::Hands hands_of(const Session& session) const;
     bool give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                   double now_s);
@@ -192,7 +195,7 @@ private:
     Job* next_to_prepare();
     bool is_awaited(JobId job) const;
     void resume_workers(Job& job, double now_s);
-    std::vector<Job*> running_in_order();
+    std::vector<Job*> active_in_order();
     static bool before(const Job& a, const Job& b);
     void end_if_finished(Job& job, double now_s);
     void end_with_solution(Job& job, double now_s);
@@ -223,8 +226,8 @@ private:
     void audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s);
     bool give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s);
     bool take_audit(Session& session, StagedResult& result, wire::ResultDone& done, double now_s);
-    void condemn(WorkerId liar, JobId found_in, double now_s);
-    void begin_retraction(Job& job, WorkerId liar);
+    void condemn(MachineId liar, JobId found_in, double now_s);
+    void begin_retraction(Job& job, MachineId liar);
     void retract_if_quiet(Job& job);
     static bool has_liars(const Job& job) { return !job.record.liars.empty(); }
     bool is_questioned(const Job& job);
@@ -262,9 +265,10 @@ private:
     bool stopped_ = false;
     double stop_by_s_ = 0;
     Audits audits_;
-    std::set<WorkerId> liars_;
-    std::set<std::string> liar_names_;  ///< of machines that are kept out
-    std::deque<Admit> admissions_;      ///< the first is being carried out
+    std::set<MachineId> liars_;  ///< are kept out
+    SessionId keeps_free_ = 0;   ///< it gets no sets until it has none, and then a suspect one
+    double keeps_free_until_s_ = 0;
+    std::deque<Admit> admissions_;  ///< the first is being carried out
     FarmCounts counts_;
     Effects effects_;
 };

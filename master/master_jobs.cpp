@@ -46,10 +46,11 @@ bool MasterCore::before(const Job& a, const Job& b) {
     return a.record.id() < b.record.id();
 }
 
-std::vector<MasterCore::Job*> MasterCore::running_in_order() {
+/// With those that are being interrupted, which get no more sets but those of their audits.
+std::vector<MasterCore::Job*> MasterCore::active_in_order() {
     std::vector<Job*> running;
     for (auto& [id, job] : jobs_)
-        if (job.phase == Phase::running) running.push_back(&job);
+        if (job.phase == Phase::running || job.phase == Phase::ending) running.push_back(&job);
     std::sort(running.begin(), running.end(), [](const Job* a, const Job* b) { return before(*a, *b); });
     return running;
 }
@@ -75,7 +76,7 @@ MasterCore::Job* MasterCore::next_to_prepare() {
     if (!next || is_first(*next)) return next;
     for (const auto& [id, job] : jobs_)
         if (job.phase == Phase::running && job.record.spec.priority > next->record.spec.priority &&
-            job.active->ledger().unleased() > 0)
+            job.active->ledger().unleased() > 0 && !nobody_can_trace(job))
             return nullptr;
     return next;
 }
@@ -123,6 +124,7 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     job->end_by_s = now_s + limits::finish_seconds;
     job->snapshot_s = now_s;
     job->resumes = false;
+    record.status.set_aside.clear();
     if (!record.paused) record.status.state = wire::JobState::running;
     record.status.packing = job->active->packing();
     if (!record.begun) {
@@ -151,7 +153,11 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
     const bool waited = job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s);
-    if (job.phase == Phase::ending && waited) audits_.drop(job.record.id());
+    // nobody waits for audits in an end, unless two already contradict each other and somebody may come to decide
+    if (waited) count(Discard::audit_hopeless, audits_.drop_undisputed(job.record.id()), "the job was interrupted");
+    if (waited && job.record.cancel_asked)
+        count(Discard::audit_hopeless, audits_.drop(job.record.id()),
+              "the job was cancelled in the midst of a dispute");
     const bool extended = ledger.particles() != job.record.spec.particles;  // since it was prepared
     const bool whole = ledger.complete() && !extended;
     if ((whole || waited) && is_questioned(job)) return;
@@ -265,10 +271,11 @@ wire::JobStatus MasterCore::counts_of(const Job& job, double now_s) const {
     const Ledger& ledger = job.active->ledger();
     status.committed = ledger.committed_particles();
     status.leased = ledger.leased_particles();
-    const auto& aside = ledger.lost().set_aside();
-    if (!aside.empty())
-        status.set_aside.assign(
-            aside.begin(), aside.begin() + std::min<std::ptrdiff_t>(std::ssize(aside), limits::set_aside_listed_max));
+    if (const auto& aside = ledger.lost().set_aside(); !aside.empty()) {
+        status.set_aside.clear();
+        for (std::size_t i = 0; i < std::min<std::size_t>(aside.size(), limits::set_aside_listed_max); ++i)
+            status.set_aside.push_back(aside[i].range);
+    }
     status.hits = job.active->balance().hits;
     status.workers = static_cast<std::uint32_t>(ledger.workers());
     status.trace_seconds = job.active->trace_s();

@@ -1,5 +1,7 @@
 #include "master/master_core.h"
 
+#include <xxhash.h>
+
 #include <type_traits>
 #include <utility>
 
@@ -23,6 +25,11 @@ inline constexpr bool of_submitter = std::is_same_v<M, wire::Submit> || std::is_
 
 }  // namespace
 
+MachineId Session::machine() const {
+    const std::string who = hello.name + "\n" + address.substr(0, address.rfind(':'));
+    return XXH3_64bits(who.data(), who.size());
+}
+
 void MasterCore::send_off(SessionId session, wire::GoodbyeReason reason, Discard why, std::string sentence,
                           double now_s) {
     count(why, 1, peer_name(session) + " is sent off: " + sentence);
@@ -45,7 +52,7 @@ void MasterCore::forget(SessionId session, double now_s) {
     if (Worker* worker = found->second.worker()) {
         if (worker->open) count(Discard::result_unfinished, 1, peer_name(session) + " is gone");
         drop_open(*worker);
-        audits_.forget(found->second.instance());
+        audits_.forget(found->second.machine(), now_s);
         // the worker may come back and go on with what it has
         for (auto& [id, job] : jobs_)
             if (job.active) job.active->ledger().shorten(found->second.instance(), now_s + policy_.reconnect_seconds);
@@ -85,9 +92,9 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
                         "a worker has 1 to " + std::to_string(limits::threads_per_worker_max) + " threads, not " +
                             std::to_string(hello.threads),
                         now_s);
-    if (liars_.contains(hello.instance) || liar_names_.contains(hello.name))
+    if (liars_.contains(session.machine()))
         return send_off(session.id, refused, Discard::quarantined,
-                        "two other workers contradicted what a worker of this name had traced: look at its memory; it "
+                        "two other machines contradicted what this one had traced: look at its memory; it "
                         "is kept out until the master starts again",
                         now_s);
     std::optional<SessionId> older;
@@ -95,6 +102,8 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
         if (id != session.id && other.worker() && other.instance() == session.instance()) older = id;
     if (older) send_off(*older, replaced, Discard::replaced, "this worker opened a newer session", now_s);
     session.role = Worker{};
+    for (auto& [id, job] : jobs_)
+        if (job.active) job.active->ledger().forgive(session.instance(), now_s);
     welcome(session.id);
 }
 
@@ -173,9 +182,7 @@ std::vector<wire::WorkerStatus> MasterCore::workers(double now_s) const {
             if (!leases.empty()) status.job = job_id;
             status.leases += static_cast<std::uint32_t>(leases.size());
         }
-        status.state = worker->draining    ? wire::WorkerState::draining
-                       : status.leases > 0 ? wire::WorkerState::working
-                                           : wire::WorkerState::idle;
+        status.state = status.leases > 0 ? wire::WorkerState::working : wire::WorkerState::idle;
         status.particles = worker->particles;
         if (const auto pace = worker->paces.find(status.job); pace != worker->paces.end())
             status.particles_per_second = pace->second.particles_per_s() * session.hello.threads;

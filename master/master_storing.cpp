@@ -11,10 +11,11 @@ void MasterCore::store(Session& session, Job& job, StagedResult result) {
     auto shared = std::make_shared<const StagedResult>(std::move(result));
     staged_bytes_ += shared->bytes();
     ++job.results_on_their_way;
-    effects_.push_back(StoreResult{ticket, job.record.id(), session.instance(), shared});
+    effects_.push_back(StoreResult{ticket, job.record.id(), session.machine(), shared});
     Storing storing;
     storing.job = job.record.id();
     storing.worker = session.instance();
+    storing.machine = session.machine();
     storing.result = std::move(shared);
     storing_.emplace(ticket, std::move(storing));
 }
@@ -50,7 +51,7 @@ Effects MasterCore::on_results_stored(std::span<const std::uint64_t> tickets,
                                       const Result<std::map<JobId, std::uint64_t>>& stored, double now_s) {
     if (!stored) {
         for (const std::uint64_t ticket : tickets) storing_.at(ticket).waiting_for_space = true;
-        await_space(stored.error(), now_s);
+        if (!tickets.empty()) await_space(stored.error(), now_s);
         return settle_and_take(now_s);
     }
     if (!tickets.empty()) {
@@ -96,7 +97,8 @@ Effects MasterCore::on_record_stored(const StoreRecord& store, const Result<void
             answer_askers(*job);
         } else {
             // a solution brings its record along, and must not be followed by an older one
-            job->record_waits = job->phase != Phase::storing && !job->record.has_solution;
+            job->record_waits =
+                job->phase != Phase::storing && job->phase != Phase::removing && !job->record.has_solution;
             await_space(stored.error(), now_s);
         }
     }
@@ -114,14 +116,14 @@ void MasterCore::try_again(double now_s) {
     for (auto& [id, job] : jobs_) {
         waiting = waiting || job.record_waits || job.solution_waits;
         if (job.record_waits) store_record(job);
-        waiting = waiting || std::exchange(job.retraction_waits, false);
+        waiting = std::exchange(job.retraction_waits, false) || waiting;
         if (std::exchange(job.solution_waits, false)) effects_.push_back(StoreSolution{job.record, job.effort});
     }
     for (auto& [ticket, storing] : storing_) {
         if (!storing.waiting_for_space) continue;
         waiting = true;
         storing.waiting_for_space = false;
-        effects_.push_back(StoreResult{ticket, storing.job, storing.worker, storing.result});
+        effects_.push_back(StoreResult{ticket, storing.job, storing.machine, storing.result});
     }
     if (waiting) {
         retry_s_ = now_s + limits::disk_retry_seconds;

@@ -18,7 +18,7 @@ std::string set_aside_text(const wire::JobStatus& status) {
     const std::string light = std::to_string(range.light);
     const std::string particles = std::to_string(range.first) + ".." + std::to_string(range.first + range.count - 1);
     const std::size_t more = status.set_aside.size() - 1;
-    return counted(limits::losses_max, "worker") + " died of particles " + particles + " of light " + light +
+    return counted(limits::losses_max, "worker") + " were lost with particles " + particles + " of light " + light +
            (more > 0 ? " (and as many of " + counted(more, "other range") + ")" : "") + ", which are set aside; `" +
            "lumenfarm trace SCENE --light " + light + " --particles " + particles + "` traces them";
 }
@@ -66,10 +66,13 @@ std::string MasterCore::why_queued(const Job& job) const {
 std::string MasterCore::why_running(const Job& job, double now_s) const {
     const std::string name = name_of(job.record.id());
     const Ledger& ledger = job.active->ledger();
+    if (has_liars(job))
+        return name + " has lost what " + counted(job.record.liars.size(), "worker") +
+               " had traced: others contradicted it; that is traced again";
     std::uint64_t connected = 0, unable = 0;
     for (const auto& [id, session] : sessions_) {
         const Worker* worker = session.worker();
-        if (!worker || worker->draining) continue;
+        if (!worker) continue;
         ++connected;
         unable += worker->declined.contains(job.record.id());
     }
@@ -82,9 +85,6 @@ std::string MasterCore::why_running(const Job& job, double now_s) const {
                " that are connected could not load its scene (see their logs)";
     if (ledger.unleased() > 0 && ledger.outstanding() == 0)
         return name + " waits for its turn among the jobs that share " + counted(connected, "worker");
-    if (has_liars(job))
-        return name + " has lost what " + counted(job.record.liars.size(), "worker") +
-               " had traced: others contradicted it; that is traced again";
     if (ledger.complete())
         return name + " waits for " + counted(audits_.pending(job.record.id()), "audit") + " to end" +
                (audits_.disputed(job.record.id()) > 0

@@ -11,7 +11,7 @@ void MasterCore::on(Session& session, const wire::Pull& pull, double now_s) {
     if (!worker.leases_stated)
         return send_off(session.id, wire::GoodbyeReason::protocol_error, Discard::protocol_error,
                         "a worker states its leases before it pulls", now_s);
-    worker.wanted = worker.draining ? 0 : std::min(pull.sets, limits::leases_per_worker_max);
+    worker.wanted = std::min(pull.sets, limits::leases_per_worker_max);
 }
 
 /// What a worker still holds when it comes. The master takes its other leases back; results of jobs that it names are
@@ -32,7 +32,9 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
     }
     for (const JobId id : named) {
         Job* job = find(id);
-        if (!job || job->record.paused || job->phase == Phase::over || job->phase == Phase::storing) {
+        const bool gone = !job || job->record.paused || job->phase == Phase::over || job->phase == Phase::storing ||
+                          job->phase == Phase::removing;
+        if (gone) {
             send(session.id, wire::JobGone(id));
             // it forgets them: should the job go on, they are nobody's
             for (const wire::LeaseProgress& lease : progress.leases)
@@ -62,7 +64,7 @@ void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double
     Worker& worker = *session.worker();
     for (const wire::LeaseRef& lease : returned.leases) {
         worker.held.erase(lease.lease);
-        audits_.forget(session.instance(), lease.lease);
+        audits_.forget(session.machine(), lease.lease, now_s);
     }
     std::uint64_t taken_back = 0;
     for (auto& [id, job] : jobs_) {
@@ -185,7 +187,11 @@ std::uint64_t MasterCore::threads() const {
 
 void MasterCore::give_work(double now_s) {
     if (no_space_) return;
-    const std::vector<Job*> jobs = running_in_order();
+    const std::vector<Job*> jobs = active_in_order();
+    const bool nothing = !audits_.any() && std::none_of(jobs.begin(), jobs.end(), [&](const Job* job) {
+        return job->phase == Phase::running && job->active->ledger().has_set(Ledger::Hands::empty, now_s);
+    });
+    if (nothing) return;
     const std::uint64_t farm_threads = threads();
     // one set to each in turn, so that the last sets are spread
     for (bool given = true; given;) {
@@ -206,7 +212,7 @@ MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<J
     Job* fewest = nullptr;
     Job* current = nullptr;
     for (Job* job : jobs) {
-        if (has_liars(*job) || worker.declined.contains(job->record.id())) continue;
+        if (job->phase != Phase::running || has_liars(*job) || worker.declined.contains(job->record.id())) continue;
         if (!job->active->ledger().has_set(hands, now_s)) continue;
         if (fewest && job->record.spec.priority < fewest->record.spec.priority) break;
         const auto leases = [](const Job* of) { return of->active->ledger().outstanding(); };
@@ -223,6 +229,7 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
     if (has_suspect(worker)) return false;
     if (give_audit_set(session, worker, jobs, now_s)) return true;
     const Ledger::Hands hands = hands_of(session);
+    if (hands == Ledger::Hands::full && keeps_hands_free(session, jobs, now_s)) return false;
     Job* job = job_for(session, jobs, hands, now_s);
     if (!job) return false;
     Ledger& ledger = job->active->ledger();
@@ -244,6 +251,35 @@ bool MasterCore::has_suspect(Worker& worker) {
     });
     if (!lasts) worker.alone = 0;
     return lasts;
+}
+
+/// A set that waits for empty hands would wait for ever where every worker always has something: one worker after the
+/// other, for a while, gets nothing until it has finished what it has.
+bool MasterCore::keeps_hands_free(const Session& session, const std::vector<Job*>& jobs, double now_s) {
+    const bool needed = std::any_of(jobs.begin(), jobs.end(), [&](const Job* job) {
+        const LostSets& lost = job->active->ledger().lost();
+        return job->phase == Phase::running && !session.worker()->declined.contains(job->record.id()) &&
+               lost.ready(now_s, true) && !lost.ready(now_s, false);
+    });
+    if (!needed) return false;
+    if (now_s >= keeps_free_until_s_ || !sessions_.contains(keeps_free_)) {
+        const auto next = std::find_if(sessions_.upper_bound(keeps_free_), sessions_.end(),
+                                       [](const auto& entry) { return entry.second.worker(); });
+        keeps_free_ = next == sessions_.end() ? session.id : next->first;
+        keeps_free_until_s_ = now_s + limits::lease_seconds;
+    }
+    return keeps_free_ == session.id;
+}
+
+/// Every worker has declined it.
+bool MasterCore::nobody_can_trace(const Job& job) const {
+    std::uint64_t workers = 0, unable = 0;
+    for (const auto& [id, session] : sessions_) {
+        if (!session.worker()) continue;
+        ++workers;
+        unable += session.worker()->declined.contains(job.record.id());
+    }
+    return workers > 0 && unable == workers;
 }
 
 Ledger::Hands MasterCore::hands_of(const Session& session) const {
@@ -286,9 +322,9 @@ void MasterCore::give_twins(double now_s) {
 }
 
 void MasterCore::give_twin(Session& session, Worker& worker, double now_s) {
-    for (Job* job : running_in_order()) {
+    for (Job* job : active_in_order()) {
         Ledger& ledger = job->active->ledger();
-        if (worker.declined.contains(job->record.id())) continue;
+        if (job->phase != Phase::running || worker.declined.contains(job->record.id())) continue;
         if (ledger.unleased() > 0) return;
         const LeaseId lease = new_lease();
         const double late_s = now_s - limits::straggler_targets * policy_.set_target_seconds;

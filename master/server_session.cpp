@@ -304,7 +304,8 @@ void MasterServer::Running::commit(bool leases_too) {
     slowly([this, batch] { return storage_->commit(*batch); },
            [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
                commits_.end(*batch, stored.has_value());
-               if (!stored) spdlog::error("{}; the same is tried again", stored.error().sentence);
+               if (!stored && !batch->results.empty())
+                   spdlog::error("{}; the same is tried again", stored.error().sentence);
                carry_out(core_.on_results_stored(batch->tickets(), stored, now_s()));
                commit(false);
            });
@@ -330,7 +331,7 @@ void MasterServer::Running::carry_out(StoreRecord store) {
 
 void MasterServer::Running::carry_out(Retract retract) {
     spdlog::warn("what {} workers have traced for job {} is thrown away: others contradict it{}",
-                 retract.workers.size(), retract.job, retract.all ? "; the job begins anew" : "");
+                 retract.machines.size(), retract.record.id(), retract.all ? "; the job begins anew" : "");
     slowly(
         [this, retract] { return storage_->retract(retract); },
         [this, retract](Result<Retracted> left) { carry_out(core_.on_retracted(retract, std::move(left), now_s())); });

@@ -20,9 +20,8 @@ struct Greeting {};
 struct Submitter {};
 
 struct Worker {
-    std::uint32_t wanted = 0;    ///< sets that it has room for
-    bool leases_stated = false;  ///< its first Progress has come
-    bool draining = false;
+    std::uint32_t wanted = 0;      ///< sets that it has room for
+    bool leases_stated = false;    ///< its first Progress has come
     std::set<std::uint64_t> held;  ///< leases it stated when it came
     std::set<JobId> awaited;       ///< jobs of those that do not run yet
     std::set<JobId> told;          ///< jobs it has a JobInfo of
@@ -46,6 +45,7 @@ struct Session {
     Worker* worker() { return std::get_if<Worker>(&role); }
     const Worker* worker() const { return std::get_if<Worker>(&role); }
     WorkerId instance() const { return hello.instance; }
+    MachineId machine() const;  ///< of its name, and its address without the port
 };
 
 }  // namespace lumenfarm

@@ -113,7 +113,7 @@ Result<std::vector<StoredResult>> Storage::write(const CommitBatch& batch) {
     std::vector<StoredResult> rows;
     std::set<JobId> jobs;
     for (const StoreResult& each : batch.results) {
-        auto row = logs_.at(each.job).append(*each.result, each.worker);
+        auto row = logs_.at(each.job).append(*each.result, each.machine);
         if (!row) return row.error();
         rows.push_back(*row);
         jobs.insert(each.job);
@@ -204,10 +204,12 @@ Result<void> Storage::put_aside(const PutAside& aside) {
 
 Result<Retracted> Storage::retract(const Retract& effect) {
     if (broken_) return *broken_;
-    JobLog& log = logs_.at(effect.job);
+    const JobId job = effect.record.id();
+    JobLog& log = logs_.at(job);
     const auto snapshot = log.snapshot();
-    if (const auto done = watched(jobs_.retract(effect.job, effect.workers, effect.all)); !done) return done.error();
-    const auto kept = watched(jobs_.unfinished(effect.job));
+    if (const auto done = watched(jobs_.retract(effect.record, effect.machines, effect.all)); !done)
+        return done.error();
+    const auto kept = watched(jobs_.unfinished(job));
     if (!kept) return kept.error();
     if (const auto damages = watched(log.recover(*kept, files_)); !damages) return damages.error();
     if (snapshot)

@@ -26,6 +26,11 @@ void WorkerCore::take_job(const wire::JobInfo& info) {
             known->second.draining = false;
             return;
         }
+        // the job is another one now: what this worker has of it is nobody's
+        for (const wire::LeaseProgress& lease : leases_held())
+            if (lease.job == info.job)
+                returns_[wire::ReturnReason::ending].emplace_back(lease.lease,
+                                                                  static_cast<std::uint32_t>(lease.lease >> 32));
         drop_job(info.job);
     }
     jobs_[info.job].info = info;
@@ -132,7 +137,10 @@ void WorkerCore::prepare_jobs_of(const Digest& scene, const std::shared_ptr<cons
 
 Effects WorkerCore::on_job_prepared(JobId id, Result<std::shared_ptr<const JobContext>> prepared, double now_s) {
     const auto job = jobs_.find(id);
-    if (job != jobs_.end()) {
+    // one that was prepared for an earlier JobInfo of that number is of no use
+    const bool other =
+        prepared && job != jobs_.end() && !same_but_for_particles((*prepared)->spec, job->second.info.spec);
+    if (job != jobs_.end() && !other) {
         if (prepared) {
             job->second.context = *prepared;
         } else {

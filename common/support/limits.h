@@ -101,16 +101,17 @@ inline constexpr double restart_seconds = 45;           ///< leases wait this lo
 inline constexpr std::size_t chunks_in_flight = 4;      ///< of one scene on its way to one worker
 inline constexpr std::uint32_t chunk_attempts_max = 3;  ///< of a chunk that comes damaged
 inline constexpr std::size_t result_bytes_in_flight =
-    16u << 20;                                   ///< of the results sent and not yet answered, beside the last
-inline constexpr std::size_t uploads_max = 16;   ///< of scenes on their way to one master
-inline constexpr double lease_seconds = 60;      ///< without a sign of life from the worker
-inline constexpr std::uint32_t losses_max = 3;   ///< a set that was lost so often with its worker is set aside
-inline constexpr double retry_seconds = 1;       ///< a lost set waits this long; after the next loss twice as long
-inline constexpr double audit_seconds = 60;      ///< to trace a result again; beside some times what it took at first
-inline constexpr double audit_slowness_max = 5;  ///< times what it took at first
-inline constexpr double reconnect_seconds = 10;  ///< leases of a lost connection wait for their worker this long; a
-                                                 ///< master may be told otherwise
-inline constexpr double finish_seconds = 10;     ///< an interrupted job waits for outstanding results this long
+    16u << 20;                                    ///< of the results sent and not yet answered, beside the last
+inline constexpr std::size_t uploads_max = 16;    ///< of scenes on their way to one master
+inline constexpr double lease_seconds = 60;       ///< without a sign of life from the worker
+inline constexpr std::uint32_t losses_max = 3;    ///< a set that was lost so often with its worker is set aside
+inline constexpr double retry_seconds = 1;        ///< a lost set waits this long; after the next loss twice as long
+inline constexpr double audit_seconds = 60;       ///< to trace a result again; beside some times what it took at first
+inline constexpr std::size_t audits_max = 4'096;  ///< that are under way, or wait
+inline constexpr double audit_slowness_max = 5;   ///< times what it took at first
+inline constexpr double reconnect_seconds = 10;   ///< leases of a lost connection wait for their worker this long; a
+                                                  ///< master may be told otherwise
+inline constexpr double finish_seconds = 10;      ///< an interrupted job waits for outstanding results this long
 inline constexpr double straggler_targets =
     3;  ///< a lease this many target times old may be traced again by an idle worker
 inline constexpr double drain_seconds = 10;  ///< a stopped worker may take this long to hand back its work
@@ -131,10 +132,10 @@ inline constexpr std::uint32_t surface_deltas_per_message_max = 24'000;
 /// A worker sends its map before it holds more; so that the hits of a texel fit 32 bits.
 inline constexpr std::uint64_t hits_per_map_max = std::uint64_t{1} << 31;
 inline constexpr std::uint32_t parts_per_result_max = 65'536;
-inline constexpr std::uint32_t chunks_max = 32'768;      ///< of one chunked file
-inline constexpr std::uint32_t jobs_listed_max = 1'000;  ///< in one status reply
+inline constexpr std::uint32_t chunks_max = 32'768;       ///< of one chunked file
+inline constexpr std::uint32_t jobs_listed_max = 1'000;   ///< in one status reply
 inline constexpr std::uint32_t set_aside_listed_max = 8;  ///< ranges of particles in the status of a job
-inline constexpr std::size_t reason_counts_max = 256;    ///< in one status reply
+inline constexpr std::size_t reason_counts_max = 256;     ///< in one status reply
 inline constexpr std::size_t reason_name_bytes_max = 32;
 inline constexpr std::size_t peer_name_bytes_max = 255;
 inline constexpr std::size_t address_bytes_max = 64;

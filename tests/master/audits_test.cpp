@@ -9,7 +9,7 @@ namespace lumenfarm::testing {
 namespace {
 
 constexpr JobId job = 3;
-constexpr WorkerId ann = 1, bob = 2, cid = 3, dan = 4;
+constexpr MachineId ann = 1, bob = 2, cid = 3, dan = 4;
 constexpr std::uint64_t truth = 700;
 const std::array ranges{ParticleRange{0, 100, 50}, ParticleRange{1, 0, 20}};
 
@@ -18,13 +18,13 @@ protected:
     AuditsTest() { audits_.begin(job, ann, ranges, 0, 100, 9, truth); }
 
     /// The worker traces both ranges again, and says so in two results.
-    std::optional<Audits::Finding> testify(WorkerId worker, std::uint64_t fingerprint) {
+    std::optional<Audits::Finding> testify(MachineId machine, std::uint64_t fingerprint) {
         std::optional<Audits::Finding> finding;
         for (const std::uint64_t part : {fingerprint - 5, std::uint64_t{5}}) {
-            EXPECT_TRUE(audits_.has_set(job, worker));
-            const Audits::Set set = audits_.give(job, worker, ++leases_, 0);
+            EXPECT_TRUE(audits_.has_set(job, machine));
+            const Audits::Set set = audits_.give(job, machine, ++leases_, 0);
             const std::array claims{Claim{leases_, set.range}};
-            const auto audit = audits_.check(worker, claims);
+            const auto audit = audits_.check(machine, claims);
             EXPECT_EQ(audit, set.audit);
             EXPECT_FALSE(finding);
             finding = audits_.take(*audit, claims, part);
@@ -68,7 +68,7 @@ TEST_F(AuditsTest, WhereAllDifferAFourthIsAsked) {
 TEST_F(AuditsTest, WorkerThatIsLostIsReplacedAndItsLateResultIsNotTaken) {
     const Audits::Set set = audits_.give(job, bob, 1, 0);
     EXPECT_FALSE(audits_.has_set(job, cid)) << "one at a time";
-    audits_.forget(bob);
+    audits_.forget(bob, 1);
     EXPECT_FALSE(audits_.check(bob, std::array{Claim{1, set.range}}));
     leases_ = 1;
     EXPECT_TRUE(testify(cid, truth));
@@ -95,8 +95,8 @@ TEST_F(AuditsTest, AuditThatNobodyBeginsIsDroppedUnlessTwoDiffer) {
 
 TEST_F(AuditsTest, ClaimsThatAreNotOwedAreNotTaken) {
     const Audits::Set set = audits_.give(job, bob, 1, 0);
-    const auto check = [&](WorkerId worker, const Claim& claim) {
-        return audits_.check(worker, std::array{claim}).has_value();
+    const auto check = [&](MachineId machine, const Claim& claim) {
+        return audits_.check(machine, std::array{claim}).has_value();
     };
     EXPECT_TRUE(check(bob, {1, {0, 100, 10}}));
     EXPECT_FALSE(check(cid, {1, set.range}));
@@ -119,6 +119,30 @@ TEST_F(AuditsTest, AuditThatNobodyCanCarryOutIsDroppedUnlessTwoDiffer) {
     EXPECT_EQ(audits_.drop_hopeless(job, {ann, bob}), 0u);
     audits_.drop(job);
     EXPECT_EQ(audits_.pending(job), 0u);
+}
+
+TEST_F(AuditsTest, WhatALiarHasSaidOfOtherParticlesNeedsNoAuditAnyMore) {
+    audits_.begin(job, bob, ranges, 0, 100, 9, truth);
+    audits_.distrust(ann, 0);
+    EXPECT_EQ(audits_.pending(job), 1u);
+    EXPECT_TRUE(testify(cid, truth));
+}
+
+TEST_F(AuditsTest, ThirdThatWasTooSlowAtFirstMayTryAgain) {
+    EXPECT_FALSE(testify(bob, truth + 1));
+    audits_.give(job, cid, 50, 0);
+    audits_.expire(101);
+    EXPECT_FALSE(audits_.has_set(job, cid));
+    audits_.expire(202);
+    leases_ = 60;
+    EXPECT_EQ(testify(cid, truth)->liars, std::vector{bob});
+}
+
+TEST_F(AuditsTest, DisputeOutlivesWhatDropsTheOthers) {
+    EXPECT_FALSE(testify(bob, truth + 1));
+    audits_.begin(job, ann, ranges, 0, 100, 9, truth);
+    EXPECT_EQ(audits_.drop_undisputed(job), 1u);
+    EXPECT_EQ(audits_.disputed(job), 1u);
 }
 
 }  // namespace

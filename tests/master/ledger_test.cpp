@@ -202,7 +202,8 @@ TEST(Ledger, SetLostTwiceGoesToAWorkerWithEmptyHandsAndAloneAndIsSetAsideAfterTh
     EXPECT_EQ(alone->range, lost);
     EXPECT_TRUE(alone->alone);
     ledger.expire(now_s + 60);
-    EXPECT_EQ(ledger.lost().set_aside(), std::vector{*lost});
+    ASSERT_EQ(ledger.lost().set_aside().size(), 1u);
+    EXPECT_EQ(ledger.lost().set_aside()[0].range, *lost);
     EXPECT_FALSE(ledger.only_set_aside_left());
     for (LeaseId id = 6; const auto rest = lease(ledger, id, bob, 100, 1e6, 1e9); ++id)
         EXPECT_NE(rest->first, lost->first);
@@ -216,6 +217,26 @@ TEST(Ledger, SetLostTwiceGoesToAWorkerWithEmptyHandsAndAloneAndIsSetAsideAfterTh
         }
     EXPECT_TRUE(ledger.only_set_aside_left());
     EXPECT_FALSE(ledger.complete());
+}
+
+TEST(Ledger, WorkerThatComesBackWasNotKilled) {
+    Ledger ledger({100});
+    double now_s = 0;
+    for (const WorkerId worker : {ann, bob, WorkerId{77}}) {
+        const auto given = ledger.lease(worker, worker, Ledger::Hands::empty, 100, now_s, now_s + 60);
+        ASSERT_TRUE(given);
+        ledger.expire(now_s += 60);
+        now_s += 10;
+    }
+    EXPECT_TRUE(ledger.only_set_aside_left());
+    ledger.forgive(bob, now_s);
+    EXPECT_TRUE(ledger.lost().set_aside().empty());
+    const auto again = ledger.lease(99, bob, Ledger::Hands::empty, 100, now_s + 10, 1e9);
+    ASSERT_TRUE(again);
+    EXPECT_TRUE(again->alone);
+    ledger.forgive(ann, now_s);
+    ledger.expire(2e9);
+    EXPECT_TRUE(ledger.lost().set_aside().empty()) << "two are left: the last one, and the one that never came back";
 }
 
 TEST(Ledger, SetThatWasTracedAfterALossIsForgiven) {

@@ -74,7 +74,7 @@ TEST_F(AuditedMasterTest, LiarIsKeptOutAndAllThatItCommittedIsTracedAgain) {
     work(cid);
     const auto retract = find<Retract>();
     ASSERT_TRUE(retract);
-    EXPECT_EQ(retract->workers, std::set<WorkerId>{11});
+    EXPECT_EQ(retract->machines.size(), 1u);
     EXPECT_FALSE(retract->all);
     EXPECT_EQ(sent<wire::Goodbye>(ann)->reason, wire::GoodbyeReason::refused);
     EXPECT_TRUE(pull(bob, 1).empty()) << "before it is known what is left";
@@ -112,7 +112,8 @@ TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
     work(cid);
     ASSERT_TRUE(find<Retract>());
     const JobRecord kept = *master_.record(job);
-    EXPECT_EQ(kept.liars, std::vector<std::uint64_t>{11});
+    EXPECT_EQ(kept.liars.size(), 1u);
+    EXPECT_TRUE(find<Retract>()->record.liars.empty());
 
     master_ = MasterCore(policy());
     master_.restore(kept);
@@ -120,7 +121,7 @@ TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
     prepare({});
     const auto retract = find<Retract>();
     ASSERT_TRUE(retract);
-    EXPECT_EQ(retract->workers, std::set<WorkerId>{11});
+    EXPECT_EQ(retract->machines.size(), 1u);
     join(bob, 12);
     EXPECT_TRUE(pull(bob, 1).empty());
     Retracted left;
@@ -128,6 +129,60 @@ TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
     take(master_.on_retracted(*retract, std::move(left), now_s_));
     EXPECT_TRUE(master_.record(job)->liars.empty());
     EXPECT_EQ(all_sent<wire::Lease>(bob).size(), 1u);
+}
+
+TEST_F(AuditedMasterTest, DisputedJobIsNotDoneBecauseItIsPaused) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    deliver(ann, lie(pull(ann, 1).at(0), ++results_));
+    join(bob, 12);
+    work(bob);
+    work(ann);
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::pause), 8, now_s_));
+    now_s_ += limits::finish_seconds + 1;
+    take(master_.tick(now_s_));
+    EXPECT_FALSE(solution_);
+    EXPECT_FALSE(find<PutAside>());
+    join(cid, 13);
+    work(cid);
+    EXPECT_TRUE(find<Retract>());
+}
+
+TEST_F(AuditedMasterTest, JobThatWaitsLosesWhatALiarHasTracedOfIt) {
+    const JobId first = submit(records_job(), 1);
+    join(ann, 11);
+    deliver(ann, lie(pull(ann, 1).at(0), ++results_));
+    take(master_.on_message(embedding_session, wire::ControlRequest(first, wire::JobAction::pause), 8, now_s_));
+    const auto aside = find<PutAside>();
+    ASSERT_TRUE(aside);
+    take(master_.on_put_aside(*aside, now_s_));
+    const JobId second = submit(records_job(), 2);
+    deliver(ann, lie(pull(ann, 1).at(0), ++results_));
+    join(bob, 12);
+    work(bob);
+    join(cid, 13);
+    work(cid);
+    ASSERT_TRUE(find<Retract>());
+    EXPECT_EQ(find<Retract>()->record.id(), second);
+    EXPECT_EQ(master_.record(first)->liars.size(), 1u) << "to be taken out when it goes on";
+}
+
+TEST_F(AuditedMasterTest, NextProcessOfALiarIsNotWelcome) {
+    submit(records_job(), 1);
+    join(ann, 11);
+    deliver(ann, lie(pull(ann, 1).at(0), ++results_));
+    take(master_.on_disconnect(ann, now_s_));
+    join(bob, 12);
+    work(bob);
+    join(cid, 13);
+    work(cid);
+    EXPECT_TRUE(find<Retract>());
+    take(master_.on_connect(ann, "10.0.0.1:9", now_s_));
+    wire::Hello hello(wire::Role::worker, "w11", 99);
+    hello.threads = 2;
+    hello.fingerprint = fingerprint;
+    take(master_.on_message(ann, hello, 0, now_s_));
+    EXPECT_EQ(sent<wire::Goodbye>(ann)->reason, wire::GoodbyeReason::refused);
 }
 
 }  // namespace

@@ -306,6 +306,7 @@ TEST_F(ControlTest, OldJobsAreRemovedByAgeAndSize) {
         record.status.state = JobState::done;
         record.ended_unix_seconds = 1'000'000 - 120 + 40 * static_cast<std::int64_t>(job);
         record.solution_bytes = 400;
+        record.has_solution = true;
         master.restore(record);
     }
     std::vector<JobId> removed;
@@ -359,6 +360,44 @@ TEST_F(ControlTest, WhySaysWhatARunningJobWaitsFor) {
     take(master_.on_disconnect(ann, now_s_));
     EXPECT_EQ(why(job),
               "job 1 waits for workers to come back: none is connected, and 11 leases are kept for them for a while");
+}
+
+TEST_F(ControlTest, SuspectSetIsTriedThoughOtherJobsKeepEverybodyBusy) {
+    JobSpec spec = records_job();
+    spec.particles = 2'000;
+    submit(spec, 1);
+    join(ann, 11);
+    for (int losses = 0; losses < 2; ++losses) {
+        const auto lost = pull(ann, 1);
+        ASSERT_EQ(lost.size(), 1u);
+        take(master_.on_disconnect(ann, now_s_));
+        now_s_ += limits::reconnect_seconds + 5;
+        take(master_.tick(now_s_));
+        now_s_ += 5;
+        join(ann, 12 + static_cast<std::uint64_t>(losses));
+    }
+    spec.particles = 4'000'000;
+    spec.priority = -1;
+    submit(spec, 2);
+    join(bob, 20);
+    // both have a backlog that is filled again at once, until one of them is to have its hands free
+    std::map<SessionId, std::vector<wire::Lease>> held;
+    for (const SessionId worker : {ann, bob}) held[worker] = pull(worker, 2);
+    bool tried = false;
+    for (int i = 0; i < 40 && !tried; ++i)
+        for (const SessionId worker : {ann, bob}) {
+            if (held[worker].empty()) {
+                held[worker] = pull(worker, 2);
+            } else {
+                deliver(worker, trace(held[worker].back(), ++results_));
+                held[worker].pop_back();
+                for (const auto& lease : all_sent<wire::Lease>(worker)) held[worker].push_back(lease);
+                for (const auto& lease : pull(worker, 1)) held[worker].push_back(lease);
+            }
+            for (const auto& lease : held[worker]) tried |= lease.job == 1 && held[worker].size() == 1;
+            now_s_ += 1;
+        }
+    EXPECT_TRUE(tried);
 }
 
 TEST_F(ControlTest, SetThatKillsThreeWorkersIsSetAsideAndTheJobGoesOnAndThenPausesItself) {

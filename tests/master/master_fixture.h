@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -66,7 +67,7 @@ protected:
 
     void greet(SessionId session, std::uint64_t instance, std::uint64_t print = fingerprint) {
         take(master_.on_connect(session, "10.0.0.1:1", now_s_));
-        wire::Hello hello(wire::Role::worker, "w", instance);
+        wire::Hello hello(wire::Role::worker, "w" + std::to_string(instance), instance);
         hello.threads = 2;
         hello.fingerprint = print;
         take(master_.on_message(session, hello, 0, now_s_));

@@ -56,6 +56,32 @@ TEST_P(LyingWorkers, AreFoundAndWhatTheyTracedIsTracedAgain) {
     EXPECT_GT(retracted_later, 0) << "not only before there was a snapshot";
 }
 
+/// The job is paused, resumed and extended meanwhile, and machines crash, the liar's and the master's too.
+TEST_P(LyingWorkers, AreFoundThroughPausesAndCrashes) {
+    int found = 0;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        SCOPED_TRACE(seed);
+        AuditedFarm audited(seed, GetParam().packing, GetParam().keep_hits);
+        audited.options.master.audit_fraction = 0.1;
+        audited.options.seconds_between_crashes = 10;
+        audited.options.seconds_between_power_cuts = seed % 2 == 0 ? 20 : 0;
+        audited.options.storm_seconds = 40;
+        ClientPlan plan(audited.spec);
+        plan.pause_after_s = 5;
+        plan.extend_after_s = 12;
+        plan.extended_particles = audited.spec.particles + 50'000;
+        Farm farm({plan}, audited.options);
+        const bool right = farm.run();
+        const auto status = farm.master().status(1, farm.now_s());
+        ASSERT_TRUE(status);
+        if (status->liars == 0) continue;
+        ++found;
+        EXPECT_TRUE(right);
+        for (const std::string& violation : farm.violations()) ADD_FAILURE() << violation;
+    }
+    EXPECT_GE(found, 4);
+}
+
 INSTANTIATE_TEST_SUITE_P(Packings, LyingWorkers,
                          ::testing::Values(Packed{Packing::records, 0}, Packed{Packing::records, 500},
                                            Packed{Packing::maps, 0}, Packed{Packing::maps, 500}));

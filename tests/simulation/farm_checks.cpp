@@ -65,9 +65,9 @@ void FarmChecks::on_recovered(JobId job, const RecoveredJob& recovered) {
 }
 
 void FarmChecks::on_retracted(const Retract& retract, const Retracted& left) {
-    world_.note(Who::master, 0, "retracts what liars have traced of the job", {retract.job});
+    world_.note(Who::master, 0, "retracts what liars have traced of the job", {retract.record.id()});
     if (!somebody_lies_) violated("an honest worker is called a liar");
-    auto& lights = acknowledged_[retract.job];
+    auto& lights = acknowledged_[retract.record.id()];
     for (std::size_t light = 0; light < lights.size(); ++light) {
         IntervalSet kept;
         for (const auto& piece : lights[light].intervals())
@@ -77,7 +77,7 @@ void FarmChecks::on_retracted(const Retract& retract, const Retracted& left) {
                     kept.insert(begin, end);
         lights[light] = std::move(kept);
     }
-    committed_[retract.job] = left.balance.particles;
+    committed_[retract.record.id()] = left.balance.particles;
 }
 
 // What the master says
