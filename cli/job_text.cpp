@@ -27,7 +27,6 @@ std::string_view name_of(wire::WorkerState state) {
     switch (state) {
         case wire::WorkerState::idle: return "idle";
         case wire::WorkerState::working: return "working";
-        case wire::WorkerState::draining: return "draining";
     }
     return "?";
 }

@@ -168,8 +168,8 @@ struct WorkersRequest {
     void serialize(Archive&, unsigned) {}
 };
 
-enum class WorkerState : std::uint8_t { idle, working, draining };
-constexpr WorkerState enum_last(WorkerState) { return WorkerState::draining; }
+enum class WorkerState : std::uint8_t { idle, working };
+constexpr WorkerState enum_last(WorkerState) { return WorkerState::working; }
 
 struct WorkerStatus {
     std::uint64_t session = 0;
