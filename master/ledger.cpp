@@ -65,7 +65,7 @@ void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
         ended_.push_back(given.lease);
         return;
     }
-    leases_.emplace(given.lease, Lease{given.worker, range.light, now_s, deadline_s, 0, {}, std::move(owed)});
+    leases_.emplace(given.lease, Lease{given.worker, range.light, now_s, deadline_s, 0, {}, 0, std::move(owed)});
 }
 
 /// What is neither leased nor has arrived.
@@ -113,15 +113,21 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
                                               double now_s, double deadline_s) {
     ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
     if (const auto lost = lost_.take(now_s, hands == Hands::empty, count)) {
-        leases_.emplace(
-            id, Lease{worker, lost->range.light, now_s, deadline_s, 0, lost->lost_with, {interval_of(lost->range)}});
+        leases_.emplace(id, Lease{worker,
+                                  lost->range.light,
+                                  now_s,
+                                  deadline_s,
+                                  0,
+                                  lost->lost_with,
+                                  lost->retries,
+                                  {interval_of(lost->range)}});
         return NewLease{lost->range, lost->alone()};
     }
     if (by_fraction_.empty()) return std::nullopt;
     const std::uint32_t light = by_fraction_.begin()->second;
     const Interval taken = take(shares_[light], std::min(count, shares_[light].available));
     set_available(light, shares_[light].available - (taken.end - taken.begin));
-    leases_.emplace(id, Lease{worker, light, now_s, deadline_s, 0, {}, {taken}});
+    leases_.emplace(id, Lease{worker, light, now_s, deadline_s, 0, {}, 0, {taken}});
     return NewLease{{light, taken.begin, taken.end - taken.begin}};
 }
 
@@ -138,7 +144,10 @@ std::optional<ParticleRange> Ledger::lease_twin(LeaseId id, WorkerId worker, dou
     Lease& straggler = oldest->second;
     const Interval owed = straggler.owed.front();
     straggler.twin = id;
-    leases_.emplace(id, Lease{worker, straggler.light, now_s, deadline_s, oldest->first, straggler.lost_with, {owed}});
+    leases_.emplace(
+        id,
+        Lease{
+            worker, straggler.light, now_s, deadline_s, oldest->first, straggler.lost_with, straggler.retries, {owed}});
     return ParticleRange{straggler.light, owed.begin, owed.end - owed.begin};
 }
 
@@ -258,7 +267,7 @@ void Ledger::lose(LeaseId id, double now_s) {
     std::vector<WorkerId> lost_with = lease.lost_with;
     lost_with.push_back(lease.worker);
     for (const Interval& piece : owed_alone(lease))
-        lost_.add({lease.light, piece.begin, piece.end - piece.begin}, lost_with, now_s);
+        lost_.add({{lease.light, piece.begin, piece.end - piece.begin}, lost_with, lease.retries, 0}, now_s);
     if (const auto twin = leases_.find(lease.twin); twin != leases_.end()) twin->second.lost_with = lost_with;
     end(found);
 }

@@ -108,6 +108,8 @@ public:
     const LostSets& lost() const { return lost_; }
     /// Particles that workers have, or whose results are on their way to the disk.
     std::uint64_t leased_particles() const;
+    /// As LostSets.
+    bool retry_set_aside(double now_s) { return lost_.retry_set_aside(now_s); }
     /// Nothing is left but particles that were set aside.
     bool only_set_aside_left() const {
         return !lost_.set_aside().empty() && leases_.empty() &&
@@ -129,6 +131,7 @@ private:
         double deadline_s = 0;
         LeaseId twin = 0;                 ///< 0: none
         std::vector<WorkerId> lost_with;  ///< workers that were lost with its particles, before
+        std::uint32_t retries = 0;        ///< of its particles, after they were set aside
         std::vector<IntervalSet::Interval> owed;
     };
     struct LightShare {

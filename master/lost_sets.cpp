@@ -10,10 +10,24 @@
 
 namespace lumenfarm {
 
-void LostSets::add(const ParticleRange& range, std::vector<std::uint64_t> lost_with, double now_s) {
-    const auto losses = static_cast<double>(lost_with.size());
-    LostSet lost{range, std::move(lost_with), now_s + limits::retry_seconds * std::exp2(losses - 1)};
+void LostSets::add(LostSet lost, double now_s) {
+    const auto losses = static_cast<double>(lost.lost_with.size());
+    lost.ready_s = now_s + limits::retry_seconds * std::exp2(losses - 1);
     (lost.lost_with.size() >= limits::losses_max ? set_aside_ : waiting_).push_back(std::move(lost));
+}
+
+bool LostSets::retry_set_aside(double now_s) {
+    const auto may = [](const LostSet& lost) { return lost.retries < limits::set_aside_retries; };
+    const auto again =
+        std::partition(set_aside_.begin(), set_aside_.end(), [&](const LostSet& lost) { return !may(lost); });
+    if (again == set_aside_.end()) return false;
+    for (auto it = again; it != set_aside_.end(); ++it) {
+        it->ready_s = now_s + limits::set_aside_seconds * std::exp2(2 * it->retries++);
+        it->lost_with.resize(limits::losses_max - 1);  // the next loss sets it aside
+        waiting_.push_back(std::move(*it));
+    }
+    set_aside_.erase(again, set_aside_.end());
+    return true;
 }
 
 void LostSets::forgive(std::uint64_t worker, double now_s) {
@@ -24,9 +38,9 @@ void LostSets::forgive(std::uint64_t worker, double now_s) {
             ++i;
             continue;
         }
-        const LostSet back = std::move(set_aside_[i]);
+        LostSet back = std::move(set_aside_[i]);
         set_aside_.erase(set_aside_.begin() + static_cast<std::ptrdiff_t>(i));
-        add(back.range, back.lost_with, now_s);
+        add(std::move(back), now_s);
     }
 }
 

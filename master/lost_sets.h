@@ -8,20 +8,24 @@
 
 /// Particles whose workers were lost while they had them. They are given out again after a wait that doubles with each
 /// loss. What was lost twice goes only to a worker that has nothing else in hand, so that a set that kills workers is
-/// told from sets that were lost beside it. What limits::losses_max workers were lost with is set aside. A worker that
-/// comes back was not killed.
+/// told from sets that were lost beside it. What limits::losses_max workers were lost with is set aside; it may be
+/// tried again when nothing else is left, since workers also die of other things. A worker that comes back was not
+/// killed.
 namespace lumenfarm {
 
 struct LostSet {
     ParticleRange range;
     std::vector<std::uint64_t> lost_with;  ///< processes of workers
+    std::uint32_t retries = 0;             ///< after it was set aside
     double ready_s = 0;
     bool alone() const { return lost_with.size() > 1; }
 };
 
 class LostSets {
 public:
-    void add(const ParticleRange& range, std::vector<std::uint64_t> lost_with, double now_s);
+    void add(LostSet lost, double now_s);
+    /// What was set aside waits for another try, longer each time. False: limits::set_aside_retries were too many.
+    bool retry_set_aside(double now_s);
     /// The worker is there again: what was lost with it is less suspect.
     void forgive(std::uint64_t worker, double now_s);
 

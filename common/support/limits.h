@@ -101,10 +101,12 @@ inline constexpr double restart_seconds = 45;           ///< leases wait this lo
 inline constexpr std::size_t chunks_in_flight = 4;      ///< of one scene on its way to one worker
 inline constexpr std::uint32_t chunk_attempts_max = 3;  ///< of a chunk that comes damaged
 inline constexpr std::size_t result_bytes_in_flight =
-    16u << 20;                                    ///< of the results sent and not yet answered, beside the last
-inline constexpr std::size_t uploads_max = 16;    ///< of scenes on their way to one master
-inline constexpr double lease_seconds = 60;       ///< without a sign of life from the worker
-inline constexpr std::uint32_t losses_max = 3;    ///< a set that was lost so often with its worker is set aside
+    16u << 20;                                         ///< of the results sent and not yet answered, beside the last
+inline constexpr std::size_t uploads_max = 16;         ///< of scenes on their way to one master
+inline constexpr double lease_seconds = 60;            ///< without a sign of life from the worker
+inline constexpr std::uint32_t losses_max = 3;         ///< a set that was lost so often with its worker is set aside
+inline constexpr std::uint32_t set_aside_retries = 2;  ///< when nothing else is left
+inline constexpr double set_aside_seconds = 10;        ///< before the first of them; four times as long before the next
 inline constexpr double retry_seconds = 1;        ///< a lost set waits this long; after the next loss twice as long
 inline constexpr double audit_seconds = 60;       ///< to trace a result again; beside some times what it took at first
 inline constexpr std::size_t audits_max = 4'096;  ///< that are under way, or wait

@@ -239,6 +239,27 @@ TEST(Ledger, WorkerThatComesBackWasNotKilled) {
     EXPECT_TRUE(ledger.lost().set_aside().empty()) << "two are left: the last one, and the one that never came back";
 }
 
+TEST(Ledger, WhatWasSetAsideIsTriedTwiceMoreWhenNothingElseIsLeft) {
+    Ledger ledger({100});
+    double now_s = 0;
+    LeaseId id = 0;
+    const auto lose = [&] {
+        ++id;
+        const auto given = ledger.lease(id, id, Ledger::Hands::empty, 100, now_s, now_s + 60);
+        if (given) ledger.expire(now_s += 60);
+        return given.has_value();
+    };
+    for (; !ledger.only_set_aside_left(); now_s += 10) ASSERT_TRUE(lose());
+    for (std::uint32_t again = 0; again < limits::set_aside_retries; ++again) {
+        ASSERT_TRUE(ledger.retry_set_aside(now_s));
+        EXPECT_FALSE(lose()) << "it waits";
+        now_s += again == 0 ? limits::set_aside_seconds : 4 * limits::set_aside_seconds;
+        ASSERT_TRUE(lose());
+        EXPECT_TRUE(ledger.only_set_aside_left()) << "one loss is enough now";
+    }
+    EXPECT_FALSE(ledger.retry_set_aside(now_s));
+}
+
 TEST(Ledger, SetThatWasTracedAfterALossIsForgiven) {
     Ledger ledger({100});
     lease(ledger, 1, ann, 100, 0, 60);
