@@ -34,6 +34,13 @@ protected:
         }
         pull(session, 0);
     }
+    /// Two honest machines trace again what there is.
+    void contradict() {
+        join(bob, 12);
+        work(bob);
+        join(cid, 13);
+        work(cid);
+    }
     std::uint64_t results_ = 0;
 };
 
@@ -106,10 +113,7 @@ TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);
     deliver(ann, lie(pull(ann, 1).at(0), ++results_));
-    join(bob, 12);
-    work(bob);
-    join(cid, 13);
-    work(cid);
+    contradict();
     ASSERT_TRUE(find<Retract>());
     const JobRecord kept = *master_.record(job);
     EXPECT_EQ(kept.liars.size(), 1u);
@@ -158,10 +162,7 @@ TEST_F(AuditedMasterTest, JobThatWaitsLosesWhatALiarHasTracedOfIt) {
     take(master_.on_put_aside(*aside, now_s_));
     const JobId second = submit(records_job(), 2);
     deliver(ann, lie(pull(ann, 1).at(0), ++results_));
-    join(bob, 12);
-    work(bob);
-    join(cid, 13);
-    work(cid);
+    contradict();
     ASSERT_TRUE(find<Retract>());
     EXPECT_EQ(find<Retract>()->record.id(), second);
     EXPECT_EQ(master_.record(first)->liars.size(), 1u) << "to be taken out when it goes on";
@@ -172,10 +173,7 @@ TEST_F(AuditedMasterTest, NextProcessOfALiarIsNotWelcome) {
     join(ann, 11);
     deliver(ann, lie(pull(ann, 1).at(0), ++results_));
     take(master_.on_disconnect(ann, now_s_));
-    join(bob, 12);
-    work(bob);
-    join(cid, 13);
-    work(cid);
+    contradict();
     EXPECT_TRUE(find<Retract>());
     take(master_.on_connect(ann, "10.0.0.1:9", now_s_));
     wire::Hello hello(wire::Role::worker, "w11", 99);
