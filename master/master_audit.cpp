@@ -79,19 +79,22 @@ bool MasterCore::take_audit(Session& session, StagedResult& result, wire::Result
     Job& audited = jobs_.at(job);
     if (const auto finding = audits_.take(*audit, claims, said)) {
         ++audited.record.status.audits;
-        for (const MachineId liar : finding->liars) condemn(liar, job, now_s);
+        for (const MachineId liar : finding->liars)
+            condemn(liar, job, Discard::quarantined,
+                    "two other machines contradict what this one has traced for job " + std::to_string(job), now_s);
     }
     if (Job* still = find(job); still && still->active) end_if_finished(*still, now_s);
     return true;
 }
 
-/// Nothing that a liar has committed to a job that is not over is believed.
-void MasterCore::condemn(MachineId liar, JobId found_in, double now_s) {
+/// The liar is kept out, and in a farm with audits nothing that it has committed to a job that is not over is believed.
+void MasterCore::condemn(MachineId liar, JobId found_in, Discard reason, const std::string& sentence, double now_s) {
     if (!liars_.insert(liar).second) return;
-    ++jobs_.at(found_in).record.status.liars;
+    if (Job* job = find(found_in)) ++job->record.status.liars;
     audits_.distrust(liar, now_s);
     for (auto& [id, job] : jobs_)
-        if (job.record.begun && !job.record.over() && job.phase != Phase::storing) begin_retraction(job, liar);
+        if (policy_.audit_fraction > 0 && job.record.begun && !job.record.over() && job.phase != Phase::storing)
+            begin_retraction(job, liar);
     std::vector<SessionId> theirs;
     for (const auto& [id, session] : sessions_)
         if (session.worker() && session.machine() == liar) theirs.push_back(id);
@@ -101,10 +104,8 @@ void MasterCore::condemn(MachineId liar, JobId found_in, double now_s) {
             Ledger& ledger = job.active->ledger();
             for (const LeaseId lease : ledger.leases_of(sessions_.at(id).instance())) ledger.release(lease);
         }
-        send_off(id, wire::GoodbyeReason::refused, Discard::quarantined,
-                 "two other machines contradict what this one has traced for job " + std::to_string(found_in) +
-                     ": look at its memory; it is kept out until the master starts again",
-                 now_s);
+        send_off(id, wire::GoodbyeReason::refused, reason,
+                 sentence + ": look at its memory; it is kept out until the master starts again", now_s);
     }
 }
 

@@ -226,7 +226,7 @@ private:
     void audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s);
     bool give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s);
     bool take_audit(Session& session, StagedResult& result, wire::ResultDone& done, double now_s);
-    void condemn(MachineId liar, JobId found_in, double now_s);
+    void condemn(MachineId liar, JobId found_in, Discard reason, const std::string& sentence, double now_s);
     void begin_retraction(Job& job, MachineId liar);
     void retract_if_quiet(Job& job);
     static bool has_liars(const Job& job) { return !job.record.liars.empty(); }

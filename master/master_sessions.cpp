@@ -94,8 +94,8 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
                         now_s);
     if (liars_.contains(session.machine()))
         return send_off(session.id, refused, Discard::quarantined,
-                        "two other machines contradicted what this one had traced: look at its memory; it "
-                        "is kept out until the master starts again",
+                        "what this machine had traced was found wrong: look at its memory; it is kept out until the "
+                        "master starts again",
                         now_s);
     std::optional<SessionId> older;
     for (const auto& [id, other] : sessions_)

@@ -174,8 +174,10 @@ void MasterCore::answer(WorkerId worker, JobId job, std::uint64_t result, const 
     count(discard_of(outcome.verdict), 1, "job " + std::to_string(job) + ", from " + from + ": " + outcome.sentence);
     if (outcome.verdict != wire::Verdict::invalid) return;
     if (session && ++session->worker()->invalid_results >= limits::invalid_results_max)
-        send_off(session->id, wire::GoodbyeReason::refused, Discard::lied,
-                 "too many impossible results came, the last one because " + outcome.sentence, now_s);
+        condemn(session->machine(), job, Discard::lied,
+                std::to_string(limits::invalid_results_max) + " impossible results came, the last one (" +
+                    outcome.sentence + ")",
+                now_s);
 }
 
 std::uint64_t MasterCore::threads() const {

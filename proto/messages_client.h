@@ -97,7 +97,7 @@ struct JobStatus {
     std::uint64_t leases_expired = 0, leases_returned = 0;
     std::uint64_t results_stale = 0, results_invalid = 0;
     std::uint64_t audits = 0;  ///< results that were traced again, and decided
-    std::uint32_t liars = 0;   ///< workers whose results were thrown away for what an audit found
+    std::uint32_t liars = 0;   ///< machines that were found in it to send wrong results, and are kept out
     /// Particles that were lost with limits::losses_max workers, one after the other; at most
     /// limits::set_aside_listed_max ranges. A paused job tries them again when it is resumed.
     std::vector<ParticleRange> set_aside;

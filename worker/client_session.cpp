@@ -19,6 +19,7 @@ WorkerClient::Running::Running(const WorkerOptions& options, const net::HostPort
                                const worker::WorkerIdentity& identity)
     : master_(master),
       isa_(options.isa),
+      make_tracer_(options.make_tracer),
       random_(identity.instance),
       cache_(options.cache.empty() ? worker::default_cache_folder() : options.cache, options.cache_bytes_max),
       core_(identity, options.drain_seconds) {
@@ -237,7 +238,7 @@ void WorkerClient::Running::carry_out(const worker::PrepareJob& effect) {
 Result<std::shared_ptr<const JobContext>> WorkerClient::Running::prepare(const worker::PrepareJob& effect) {
     auto scene = scene_name_ == effect.info.scene ? scene_.lock() : nullptr;
     if (!scene) {
-        auto made = make_scene_context(*effect.scene_bytes, isa_);
+        auto made = make_scene_context(*effect.scene_bytes, isa_, make_tracer_);
         if (!made) return made.error();
         scene = std::move(*made);
         scene_ = scene;

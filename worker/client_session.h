@@ -71,6 +71,7 @@ private:
 
     net::HostPort master_;
     std::string isa_;
+    TracerMaker make_tracer_;
     boost::asio::io_context io_{1};
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> busy_{io_.get_executor()};
     boost::asio::thread_pool scene_thread_{1};

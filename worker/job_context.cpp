@@ -7,12 +7,12 @@
 namespace lumenfarm {
 
 Result<std::shared_ptr<const SceneContext>> make_scene_context(std::span<const std::byte> scene_bytes,
-                                                               const std::string& isa) {
+                                                               const std::string& isa, const TracerMaker& make_tracer) {
     auto scene = decode_scene(scene_bytes);
     if (!scene) return scene.error();
     auto context = std::make_shared<SceneContext>();
     context->scene = std::move(*scene);
-    auto tracer = TracerScene::make(context->scene, isa);
+    auto tracer = make_tracer(context->scene, isa);
     if (!tracer) return tracer.error();
     context->tracer = std::move(*tracer);
     return std::shared_ptr<const SceneContext>(std::move(context));

@@ -34,7 +34,7 @@ struct JobContext {
 
 /// Errors: bad_input (damaged scene), failed (no memory for the tracer). `isa` as in TracerScene::make.
 Result<std::shared_ptr<const SceneContext>> make_scene_context(std::span<const std::byte> scene_bytes,
-                                                               const std::string& isa);
+                                                               const std::string& isa, const TracerMaker& make_tracer);
 
 /// Errors: bad_input (a spec that can't be, too many texels).
 Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& info,

@@ -3,6 +3,7 @@
 #include "common/service/pulse.h"
 #include "common/support/limits.h"
 #include "common/support/result.h"
+#include "common/transport/tracer.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -24,6 +25,7 @@ struct WorkerOptions {
     std::string isa;                               ///< Embree ISA; empty: the best of this machine
     bool idle_priority = true;                     ///< tracing threads yield to everything else on the machine
     double drain_seconds = limits::drain_seconds;  ///< from drain() to the end, at most
+    TracerMaker make_tracer = &TracerScene::make;  ///< a test may have one that errs
 };
 
 class WorkerClient {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -84,5 +85,8 @@ public:
 
     virtual std::string isa() const = 0;  ///< the one in use
 };
+
+/// What makes a scene ready for tracing, as TracerScene::make does.
+using TracerMaker = std::function<Result<std::unique_ptr<TracerScene>>(const Scene& scene, const std::string& isa)>;
 
 }  // namespace lumenfarm

@@ -88,18 +88,33 @@ std::size_t working(const std::string& master) {
         reply->workers, [](const wire::WorkerStatus& worker) { return worker.state == wire::WorkerState::working; }));
 }
 
-/// One that the time of a bench does not end.
-Result<void> submit(const std::string& master, const std::string& scene) {
-    const auto imported = import_scene(scene, {});
-    if (!imported) return imported.error();
-    auto client = net::BlockingClient::connect(*net::HostPort::parse(master), "bench");
-    if (!client) return client.error();
-    JobSpec spec;
-    spec.particles = limits::particles_max;
-    const auto job = net::submit_job(*client, 1, spec, encode_scene(imported->scene));
-    if (!job) return job.error();
-    return {};
-}
+/// Long jobs, so that the workers always have one.
+class Jobs {
+public:
+    Jobs(const std::string& master, std::vector<std::byte> scene)
+        : master_(*net::HostPort::parse(master)), scene_(std::move(scene)) {}
+
+    /// Submits one where each is more than half done.
+    Result<void> keep_coming() {
+        auto client = net::BlockingClient::connect(master_, "bench");
+        if (!client) return client.error();
+        const auto farm = client->ask_for<wire::StatusReply>(wire::StatusRequest());
+        if (!farm) return farm.error();
+        const auto lasts = [](const wire::JobStatus& job) { return job.committed < job.particles / 2; };
+        if (std::ranges::any_of(farm->jobs, lasts)) return {};
+        JobSpec spec;
+        spec.particles = limits::particles_max;
+        spec.seed = ++submitted_;
+        const auto job = net::submit_job(*client, submitted_, spec, scene_);
+        if (!job) return job.error();
+        return {};
+    }
+
+private:
+    net::HostPort master_;
+    std::vector<std::byte> scene_;
+    std::uint64_t submitted_ = 0;
+};
 
 int run(const Load& load, const fs::path& folder) {
     Process master({testing::program("lumenfarm-master"), "--listen", "127.0.0.1:0", "--storage", folder / "store"});
@@ -107,8 +122,9 @@ int run(const Load& load, const fs::path& folder) {
     if (!master.read_until(listening)) return std::cerr << master.err(), 1;
     const auto at = master.err().find("listening on ") + 13;
     const std::string address = master.err().substr(at, master.err().find(',', at) - at);
-    if (const auto submitted = submit(address, load.scene); !submitted)
-        return std::cerr << submitted.error().sentence << "\n", 1;
+    const auto imported = import_scene(load.scene, {});
+    if (!imported) return std::cerr << imported.error().sentence << "\n", 1;
+    Jobs jobs(address, encode_scene(imported->scene));
 
     boost::asio::io_context io;
     bench::IdleSessions idle(io, *net::HostPort::parse(address), *transport_fingerprint(""), 5);
@@ -133,7 +149,9 @@ int run(const Load& load, const fs::path& folder) {
         }
         busy.read_logs();
         for (const double answer : idle.take_answers()) answers.push_back(1'000 * answer);
-        if (second % 10 != 0) continue;
+        if (second % 10 != 1) continue;
+        if (const auto coming = jobs.keep_coming(); !coming) return std::cerr << coming.error().sentence << "\n", 1;
+        if (second == 1) continue;
         std::ranges::sort(answers);
         std::printf("%8.0f %6zu %6zu %8.1f %8.1f %6zu %9zu %9.2f %9.2f %9.2f\n", elapsed_s(), idle.open(),
                     working(address), memory_mib(master.id(), "VmRSS"), memory_mib(master.id(), "VmHWM"),

@@ -169,6 +169,9 @@ TEST_F(MasterTest, WhoLiesAgainAndAgainIsSentOff) {
     }
     EXPECT_EQ(sent<wire::Goodbye>(ann)->reason, wire::GoodbyeReason::refused);
     EXPECT_EQ(master_.discarded(Discard::lied), 1u);
+    greet(bob, 11);
+    EXPECT_EQ(sent<wire::Goodbye>(bob)->reason, wire::GoodbyeReason::refused) << "it is kept out";
+    EXPECT_EQ(master_.discarded(Discard::quarantined), 1u);
 }
 
 TEST_F(MasterTest, HalfAResultIsForgottenWithItsConnection) {

@@ -43,7 +43,6 @@ protected:
     }
 
 private:
-private:
     void trace_one(const JobSpec& spec, std::uint32_t light, std::uint64_t particle, TracedHits& hits) const {
         std::uint64_t random = mix(mix(spec.seed * 1'000 + light) ^ particle);
         const auto bin = static_cast<std::uint16_t>(random % wavelength_bins);
