@@ -5,6 +5,8 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <ostream>
+#include <string>
 
 /// A worker of which some results are wrong, in a farm that traces a part of its results again.
 /// LUMENFARM_TEST_RARE_LIES: 5 % wrong and 2 % audited, in a job long enough to find it; by default ten times as much
@@ -25,6 +27,9 @@ Lies wanted_lies() {
 struct Telling {
     std::string packing;
     bool possible;  ///< what it says could be
+    friend void PrintTo(const Telling& telling, std::ostream* out) {
+        *out << telling.packing << (telling.possible ? ", possible" : ", any bit");
+    }
 };
 
 class FarmWithALiar : public Farm, public ::testing::WithParamInterface<Telling> {

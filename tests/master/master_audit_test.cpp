@@ -109,6 +109,23 @@ TEST_F(AuditedMasterTest, LiarIsKeptOutAndAllThatItCommittedIsTracedAgain) {
     EXPECT_GE(master_.discarded(Discard::quarantined), 2u);
 }
 
+TEST_F(AuditedMasterTest, WhoSendsImpossibleResultsHasItsOthersTracedAgain) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    deliver(ann, trace(pull(ann, 1).at(0), ++results_));
+    EXPECT_EQ(master_.status(job, now_s_)->committed, 1'000u);
+    for (std::uint32_t i = 0; i < limits::invalid_results_max; ++i) {
+        EXPECT_FALSE(find<Retract>());
+        auto impossible = trace(pull(ann, 1).at(0), ++results_);
+        impossible.second.balance.escaped += 1;
+        deliver(ann, impossible);
+    }
+    ASSERT_TRUE(find<Retract>());
+    EXPECT_EQ(find<Retract>()->machines.size(), 1u);
+    EXPECT_EQ(master_.status(job, now_s_)->liars, 1u);
+    EXPECT_EQ(master_.discarded(Discard::lied), 1u);
+}
+
 TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);
