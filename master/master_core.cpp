@@ -54,11 +54,8 @@ Effects MasterCore::on_disconnect(SessionId session, double now_s) {
 }
 
 Effects MasterCore::on_served(SessionId session, wire::Message reply, std::uint64_t request_id, double now_s) {
-    if (auto* refusal = std::get_if<wire::Refusal>(&reply)) {
-        refuse(session, request_id, refusal->reason, std::move(refusal->sentence));
-    } else {
-        send(session, std::move(reply), request_id);
-    }
+    if (const auto* refusal = std::get_if<wire::Refusal>(&reply)) counts_.refused_requests.count(refusal->reason);
+    send(session, std::move(reply), request_id);
     return settle_and_take(now_s);
 }
 

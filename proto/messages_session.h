@@ -138,14 +138,16 @@ struct Refusal {
     static constexpr auto type = MessageType::refusal;
     RefusalReason reason = RefusalReason::bad_request;
     std::string sentence;  ///< at most limits::sentence_bytes_max
+    Digest file;           ///< that was asked for; zeros: it was not about a file
 
     Refusal() = default;
-    Refusal(RefusalReason reason_, std::string sentence_) : reason(reason_), sentence(std::move(sentence_)) {}
+    Refusal(RefusalReason reason_, std::string sentence_, const Digest& file_ = {})
+        : reason(reason_), sentence(std::move(sentence_)), file(file_) {}
     bool operator==(const Refusal&) const = default;
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, reason, at_most(sentence, limits::sentence_bytes_max));
+        fields(ar, reason, at_most(sentence, limits::sentence_bytes_max), file);
     }
 };
 

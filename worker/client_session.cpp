@@ -229,8 +229,8 @@ void WorkerClient::Running::carry_out(const worker::PrepareJob& effect) {
     asio::post(scene_thread_, [this, effect] {
         auto prepared = prepare(effect);
         if (!prepared) spdlog::error("job {} can't be traced here: {}", effect.info.job, prepared.error().sentence);
-        asio::post(io_, [this, job = effect.info.job, prepared = std::move(prepared)]() mutable {
-            carry_out(core_.on_job_prepared(job, std::move(prepared), now_s()));
+        asio::post(io_, [this, info = effect.info, prepared = std::move(prepared)]() mutable {
+            carry_out(core_.on_job_prepared(info, std::move(prepared), now_s()));
         });
     });
 }

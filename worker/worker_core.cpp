@@ -61,7 +61,8 @@ Effects WorkerCore::on_message(wire::Message message, double now_s) {
             } else if constexpr (std::is_same_v<M, wire::Chunk>) {
                 fetch_ ? take_requests(fetch_->on_chunk(m)) : ignore(m);
             } else if constexpr (std::is_same_v<M, wire::Refusal>) {
-                fetch_ ? fail_fetch(m.sentence) : ignore(m);
+                // of an earlier fetch there may come as many as it had asked for chunks
+                fetch_&& m.file == fetch_->scene() ? fail_fetch(m.sentence) : ignore(m);
             } else if constexpr (!std::is_same_v<M, wire::Heartbeat> && !std::is_same_v<M, wire::HeartbeatReply>) {
                 ignore(m);
             }
@@ -100,6 +101,7 @@ void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
         std::erase_if(leases, [&](const wire::LeaseRef& lease) { return !claimed(lease.lease); });
     std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
     send(wire::Progress(0, leases_held()));
+    drop_jobs_not_held();
     if (!fetch_) return;
     for (wire::Message& request : fetch_->begin_session()) send(std::move(request));
 }

@@ -45,7 +45,9 @@ public:
     Effects on_slot(std::size_t slot, SlotReport report, double now_s);
     /// Null: not in the cache, or damaged there.
     Effects on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes, double now_s);
-    Effects on_job_prepared(JobId job, Result<std::shared_ptr<const JobContext>> prepared, double now_s);
+    /// `info`: of the PrepareJob.
+    Effects on_job_prepared(const wire::JobInfo& info, Result<std::shared_ptr<const JobContext>> prepared,
+                            double now_s);
 
     /// Pull no more, hand over what is done, return the rest. Finished comes within the drain time, with
     /// whatever could not be handed over until then.
@@ -77,8 +79,10 @@ private:
     };
     struct Job {
         wire::JobInfo info;
-        std::shared_ptr<const JobContext> context;  ///< null while it is made
-        bool missing = false;                       ///< its scene is not in the cache
+        std::shared_ptr<const JobContext> context;  ///< once made, the only one: sums of one don't fit another
+        bool loading = false;                       ///< its scene is looked for in the cache
+        bool missing = false;                       ///< and is not there
+        bool preparing = false;                     ///< its context is being made
         bool failed = false;
         bool draining = false;
         bool confirmed = false;  ///< the master has told of it in this session
@@ -93,6 +97,7 @@ private:
     void take_job(const wire::JobInfo& info);
     void take_lease(const wire::Lease& lease);
     void drop_job(JobId job);
+    void drop_jobs_not_held();
     void drain_job(JobId job);
     void fail_job(JobId job, wire::ReturnReason reason);
     void fetch_next();

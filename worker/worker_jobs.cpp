@@ -1,10 +1,20 @@
 #include "worker/worker_core.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 /// The worker's core: jobs, and the scenes that they need.
 namespace lumenfarm::worker {
+
+namespace {
+
+/// A number may stand for another job when the master has lost its storage.
+bool is_same_job(const wire::JobInfo& a, const wire::JobInfo& b) {
+    return a.scene == b.scene && same_but_for_particles(a.spec, b.spec);
+}
+
+}  // namespace
 
 bool WorkerCore::ready(JobId id) const {
     const auto job = jobs_.find(id);
@@ -19,8 +29,7 @@ bool WorkerCore::draining(JobId id) const {
 void WorkerCore::take_job(const wire::JobInfo& info) {
     const auto known = jobs_.find(info.job);
     if (known != jobs_.end()) {
-        const wire::JobInfo& before = known->second.info;
-        if (before.scene == info.scene && same_but_for_particles(before.spec, info.spec) && !known->second.failed) {
+        if (is_same_job(known->second.info, info) && !known->second.failed) {
             known->second.info = info;
             known->second.confirmed = true;
             known->second.draining = false;
@@ -33,9 +42,12 @@ void WorkerCore::take_job(const wire::JobInfo& info) {
                                                                   static_cast<std::uint32_t>(lease.lease >> 32));
         drop_job(info.job);
     }
-    jobs_[info.job].info = info;
-    jobs_[info.job].confirmed = true;
-    effects_.push_back(LoadScene{info.scene});
+    Job job;
+    job.info = info;
+    job.confirmed = job.loading = true;
+    const auto loads = [&](const auto& entry) { return entry.second.loading && entry.second.info.scene == info.scene; };
+    if (std::none_of(jobs_.begin(), jobs_.end(), loads)) effects_.push_back(LoadScene{info.scene});
+    jobs_.emplace(info.job, std::move(job));
 }
 
 void WorkerCore::take_lease(const wire::Lease& lease) {
@@ -59,6 +71,19 @@ void WorkerCore::drop_job(JobId id) {
     }
     count(Discard::set_of_gone_job, sets, job);
     count(Discard::result_of_gone_job, results, job);
+}
+
+/// The master does not say of these that they are gone when they ended while it was not here.
+void WorkerCore::drop_jobs_not_held() {
+    std::set<JobId> held;
+    for (const wire::Lease& lease : queue_) held.insert(lease.job);
+    for (const Outgoing& outgoing : results_) held.insert(outgoing.parcel->job);
+    for (const Slot& slot : slots_)
+        if (slot.running || slot.open || slot.lease) held.insert(slot.job);
+    for (auto job = jobs_.begin(); job != jobs_.end();) {
+        const JobId id = (job++)->first;
+        if (!held.contains(id)) drop_job(id);
+    }
 }
 
 /// What is done goes to the master, the rest goes back.
@@ -88,7 +113,7 @@ Effects WorkerCore::on_scene_loaded(const Digest& scene, std::shared_ptr<const s
         prepare_jobs_of(scene, bytes);
     } else {
         for (auto& [id, job] : jobs_)
-            if (job.info.scene == scene && !job.context) job.missing = true;
+            if (job.info.scene == scene && std::exchange(job.loading, false)) job.missing = true;
         fetch_next();
     }
     return settle_and_take(now_s);
@@ -129,22 +154,22 @@ void WorkerCore::fail_fetch(const std::string& why) {
 void WorkerCore::prepare_jobs_of(const Digest& scene, const std::shared_ptr<const std::vector<std::byte>>& bytes) {
     for (auto& [id, job] : jobs_) {
         if (job.info.scene != scene) continue;
-        job.missing = false;
-        if (job.context || job.failed) continue;
+        job.loading = job.missing = false;
+        if (job.context || job.failed || std::exchange(job.preparing, true)) continue;
         effects_.push_back(PrepareJob{job.info, bytes});
     }
 }
 
-Effects WorkerCore::on_job_prepared(JobId id, Result<std::shared_ptr<const JobContext>> prepared, double now_s) {
-    const auto job = jobs_.find(id);
-    // one that was prepared for an earlier JobInfo of that number is of no use
-    const bool other =
-        prepared && job != jobs_.end() && !same_but_for_particles((*prepared)->spec, job->second.info.spec);
-    if (job != jobs_.end() && !other) {
+Effects WorkerCore::on_job_prepared(const wire::JobInfo& info, Result<std::shared_ptr<const JobContext>> prepared,
+                                    double now_s) {
+    const auto found = jobs_.find(info.job);
+    // what was prepared for an earlier JobInfo of that number is of no use, unless it said the same
+    if (found != jobs_.end() && is_same_job(info, found->second.info) && !found->second.context) {
+        found->second.preparing = false;
         if (prepared) {
-            job->second.context = *prepared;
+            found->second.context = *prepared;
         } else {
-            fail_job(id, wire::ReturnReason::tracer_failed);
+            fail_job(info.job, wire::ReturnReason::tracer_failed);
         }
     }
     return settle_and_take(now_s);

@@ -51,7 +51,7 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std:
 
 Error disk_error(const std::string& what, int code) {
     std::string sentence = what + ": " + std::strerror(code);
-    if (code == ENOSPC || code == EDQUOT) return no_space(std::move(sentence));
+    if (code == ENOSPC || code == EDQUOT || code == EMFILE || code == ENFILE) return no_space(std::move(sentence));
     return failed(std::move(sentence));
 }
 

@@ -23,7 +23,8 @@ Result<void> write_file(const std::filesystem::path& path, const std::string& te
 /// The names in the folder last when this returns. Errors: failed, no_space.
 Result<void> sync_folder(const std::filesystem::path& folder);
 
-/// What the disk could not do and the system's reason `code`. no_space: full, or over a quota; failed: anything else.
+/// What the disk could not do and the system's reason `code`. no_space: full, over a quota, or too many files are open,
+/// which may pass; failed: anything else.
 Error disk_error(const std::string& what, int code);
 
 /// Makes the folder and its parents. Errors: failed, when it can't be made or is a file.

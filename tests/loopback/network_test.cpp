@@ -129,12 +129,12 @@ protected:
         return counts.at(group).as_object().at(reason).to_number<std::uint64_t>();
     }
 
-    /// Each fault closed a connection, for want of life.
-    static void expect_noticed(const boost::json::object& counts) {
+    /// So many connections, at least, were closed for want of life.
+    static void expect_noticed(const boost::json::object& counts, int faults) {
         std::uint64_t lost = 0;
         for (const char* reason : {"silent", "write_stalled", "network_error"})
             lost += count(counts, "connections_closed", reason);
-        EXPECT_GE(lost, static_cast<std::uint64_t>(faults()));
+        EXPECT_GE(lost, static_cast<std::uint64_t>(faults));
     }
 
     static std::unique_ptr<OwnNetwork> network_;
@@ -159,7 +159,7 @@ TEST_F(FarmOnABadNetwork, PartitionsChangeNothing) {
         keep_busy();
     }
     expect_right_results();
-    expect_noticed(counts());
+    expect_noticed(counts(), faults());
 }
 
 TEST_F(FarmOnABadNetwork, WorkersThatStandStillChangeNothing) {
@@ -175,7 +175,7 @@ TEST_F(FarmOnABadNetwork, WorkersThatStandStillChangeNothing) {
         keep_busy();
     }
     expect_right_results();
-    expect_noticed(counts());
+    expect_noticed(counts(), faults());
 }
 
 /// The worker is killed while its cable is cut, so that the master's end stays open; every second time the cable is
@@ -196,7 +196,7 @@ TEST_F(FarmOnABadNetwork, HalfOpenConnectionsChangeNothing) {
         keep_busy();
     }
     expect_right_results();
-    EXPECT_GE(count(counts(), "leases_ended", "lease_expired"), 1u);
+    expect_noticed(counts(), (faults() + 1) / 2);
 }
 
 }  // namespace

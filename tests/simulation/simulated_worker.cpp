@@ -134,7 +134,10 @@ void SimulatedWorker::carry_out(worker::InterruptSlot& interrupt) {
 }
 
 void SimulatedWorker::carry_out(worker::LoadScene& load) {
-    later(0.01, [this, scene = load.scene] { carry_out(core_->on_scene_loaded(scene, nullptr, world_.now_s())); });
+    later(0.01, [this, scene = load.scene] {
+        const auto kept = cache_.find(scene);
+        carry_out(core_->on_scene_loaded(scene, kept == cache_.end() ? nullptr : kept->second, world_.now_s()));
+    });
 }
 
 void SimulatedWorker::carry_out(worker::PrepareJob& prepare) {
@@ -146,7 +149,7 @@ void SimulatedWorker::carry_out(worker::PrepareJob& prepare) {
         scene->tracer = std::make_unique<FakeTracer>(scene->scene);
     }
     later(0.1, [this, info = prepare.info, scene] {
-        carry_out(core_->on_job_prepared(info.job, make_job_context(info, scene), world_.now_s()));
+        carry_out(core_->on_job_prepared(info, make_job_context(info, scene), world_.now_s()));
     });
 }
 

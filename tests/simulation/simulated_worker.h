@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -57,7 +58,7 @@ private:
     void carry_out(worker::TellSlot& tell) { obey(tell.slot, tell.ask); }
     void carry_out(worker::InterruptSlot& interrupt);
     void carry_out(worker::LoadScene& load);
-    void carry_out(worker::KeepScene&) {}
+    void carry_out(worker::KeepScene& keep) { cache_[keep.scene] = keep.bytes; }
     void carry_out(worker::PrepareJob& prepare);
     void carry_out(worker::Finished&);
     void carry_out(worker::Discarded&) {}
@@ -78,6 +79,7 @@ private:
     bool drained_ = false;
     std::uint64_t lies_one_in_ = 0;
     std::vector<SlotRun> slots_;
+    std::map<Digest, std::shared_ptr<const std::vector<std::byte>>> cache_;  ///< of the machine
 };
 
 }  // namespace lumenfarm::testing

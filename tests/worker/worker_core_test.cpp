@@ -71,16 +71,72 @@ TEST_F(WorkerTest, SceneIsNotFetchedForJobsThatHaveIt) {
     hear(wire::Chunk(scene_digest(bytes_), 0, bytes_));
     ASSERT_EQ(all<PrepareJob>().size(), 2u);
     take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
-    ASSERT_TRUE(sent<wire::ManifestRequest>()) << "both are still being made";
-    hear(wire::Manifest(wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))));
-    for (const JobId job : {1u, 2u}) {
-        auto scene = std::make_shared<SceneContext>();
-        scene->scene = decode_scene(bytes_).value();
-        scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
-        take(core_.on_job_prepared(job, make_job_context(info(), scene), now_s_));
-    }
-    hear(wire::Chunk(scene_digest(bytes_), 0, bytes_));
-    EXPECT_FALSE(sent<wire::ManifestRequest>());
+    EXPECT_FALSE(sent<wire::ManifestRequest>()) << "both are being made";
+}
+
+/// The sums of a slot fit the context that they were begun with, and no other.
+TEST_F(WorkerTest, JobIsPreparedOnce) {
+    welcome();
+    hear(info(Packing::maps));
+    wire::JobInfo second = info(Packing::maps);
+    second.job = 2;
+    hear(second);
+    EXPECT_FALSE(find<LoadScene>()) << "it is being loaded";
+    const auto bytes = std::make_shared<const std::vector<std::byte>>(bytes_);
+    take(core_.on_scene_loaded(scene_digest(bytes_), bytes, now_s_));
+    EXPECT_EQ(all<PrepareJob>().size(), 2u);
+    take(core_.on_scene_loaded(scene_digest(bytes_), bytes, now_s_));
+    EXPECT_FALSE(find<PrepareJob>());
+
+    const auto first = context(info(Packing::maps)), again = context(info(Packing::maps));
+    take(core_.on_job_prepared(info(Packing::maps), first, now_s_));
+    take(core_.on_job_prepared(info(Packing::maps), again, now_s_));
+    take(core_.on_job_prepared(info(Packing::maps), failed("no memory"), now_s_));
+    hear(lease(1));
+    ASSERT_TRUE(find<StartSlot>());
+    EXPECT_EQ(find<StartSlot>()->work.job, first);
+}
+
+TEST_F(WorkerTest, ContextOfAnotherSceneIsNotTheJobs) {
+    welcome();
+    hear(info());
+    wire::JobInfo other = info();
+    other.scene = sha256({});
+    hear(other);
+    take(core_.on_job_prepared(info(), context(info()), now_s_));
+    hear(lease(1));
+    EXPECT_FALSE(find<StartSlot>());
+    take(core_.on_job_prepared(other, context(other), now_s_));
+    EXPECT_TRUE(find<StartSlot>());
+}
+
+/// Chunks that were asked for in one go are refused one by one.
+TEST_F(WorkerTest, RefusalOfAnotherFileIsNotThatOfThisScene) {
+    welcome();
+    hear(info());
+    take(core_.on_scene_loaded(scene_digest(bytes_), nullptr, now_s_));
+    hear(wire::Refusal(wire::RefusalReason::no_such_file, "gone", sha256({})));
+    EXPECT_EQ(discarded(Discard::scene_not_fetched), 0u);
+    EXPECT_EQ(discarded(Discard::unexpected_message), 1u);
+    hear(wire::Refusal(wire::RefusalReason::no_such_file, "gone", scene_digest(bytes_)));
+    EXPECT_EQ(discarded(Discard::scene_not_fetched), 1u);
+}
+
+/// The master does not say that they are gone when they ended meanwhile.
+TEST_F(WorkerTest, JobsOfWhichNothingIsHeldAreForgottenWithTheSession) {
+    welcome();
+    ready();
+    wire::JobInfo second = info();
+    second.job = 2;
+    hear(second);
+    take(core_.on_job_prepared(second, context(second), now_s_));
+    hear(lease(1));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    welcome();
+    hear(lease(2, 1'000, 2));
+    EXPECT_FALSE(find<StartSlot>()) << "job 2 has to be told of again";
+    hear(lease(3));
+    EXPECT_TRUE(find<StartSlot>()) << "job 1 is known";
 }
 
 TEST_F(WorkerTest, SceneThatStaysDamagedReturnsTheLeases) {
@@ -337,10 +393,7 @@ TEST_F(WorkerTest, PartsOfTwoResultsAreNotMixed) {
     hear(wire::Welcome(2));
     hear(other);
     take(core_.on_scene_loaded(scene_digest(bytes_), std::make_shared<const std::vector<std::byte>>(bytes_), now_s_));
-    auto scene = std::make_shared<SceneContext>();
-    scene->scene = decode_scene(bytes_).value();
-    scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
-    take(core_.on_job_prepared(2, make_job_context(other, scene), now_s_));
+    take(core_.on_job_prepared(other, context(other), now_s_));
     const wire::Lease second = lease(2, 1'000, 2);
     hear(second);
     SlotReport later;

@@ -50,10 +50,13 @@ protected:
     void prepare() {
         const auto effect = find<PrepareJob>();
         ASSERT_TRUE(effect);
+        take(core_.on_job_prepared(effect->info, context(effect->info), now_s_));
+    }
+    std::shared_ptr<const JobContext> context(const wire::JobInfo& of) const {
         auto scene = std::make_shared<SceneContext>();
-        scene->scene = decode_scene(*effect->scene_bytes).value();
+        scene->scene = decode_scene(bytes_).value();
         scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
-        take(core_.on_job_prepared(1, make_job_context(effect->info, scene), now_s_));
+        return make_job_context(of, scene).value();
     }
     /// What a slot reports after a set of packing records.
     void finish_set(std::size_t slot, const wire::Lease& lease) {
