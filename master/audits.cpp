@@ -14,7 +14,7 @@ void Audits::begin(JobId job, MachineId machine, std::span<const ParticleRange> 
     audit.ranges.assign(ranges.begin(), ranges.end());
     for (const ParticleRange& range : ranges) audit.particles += range.count;
     audit.patience_s = patience_s;
-    audit.waits_since_s = now_s;
+    audit.begun_s = audit.waits_since_s = now_s;
     audit.keep_threshold = keep_threshold;
     audit.said.emplace(machine, fingerprint);
     audits_.emplace(++begun_, std::move(audit));
@@ -115,6 +115,19 @@ void Audits::forget(MachineId machine, LeaseId only, double now_s) {
     dismiss(id, now_s);
 }
 
+bool Audits::busy(MachineId machine) const {
+    return std::any_of(given_.begin(), given_.end(),
+                       [&](const auto& entry) { return entry.second.machine == machine; });
+}
+
+void Audits::interrupt(JobId job, double now_s) {
+    for (auto& [id, audit] : audits_) {
+        if (audit.job != job) continue;
+        dismiss(id, now_s);
+        audit.given_up.clear();
+    }
+}
+
 void Audits::distrust(MachineId machine, double now_s) {
     forget(machine, now_s);
     for (auto it = audits_.begin(); it != audits_.end();) {
@@ -128,6 +141,12 @@ std::uint64_t Audits::expire(double now_s) {
     std::uint64_t dropped = 0;
     for (auto it = audits_.begin(); it != audits_.end();) {
         auto& [id, audit] = *it++;
+        // a witness that dies gives its place to the next, and so on
+        if (!audit.disputed() && now_s > audit.begun_s + limits::audit_patiences_max * audit.patience_s) {
+            erase(AuditId{id});
+            ++dropped;
+            continue;
+        }
         const double since_s = audit.witness ? audit.witness->begun_s : audit.waits_since_s;
         if (now_s <= since_s + audit.patience_s) continue;
         if (audit.witness) {

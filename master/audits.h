@@ -41,6 +41,8 @@ public:
     Set give(JobId job, MachineId machine, LeaseId id, double now_s);
 
     bool holds(LeaseId id) const { return given_.contains(id); }
+    /// Whether the machine has a set of some audit.
+    bool busy(MachineId machine) const;
     /// The audit of a result, when each claim is a part of a set that the machine has of it, and is still owed.
     std::optional<AuditId> check(MachineId machine, std::span<const Claim> claims) const;
     /// Takes the result. Says who lied once two agree. REQUIRES: check() gave the audit.
@@ -49,10 +51,13 @@ public:
     /// The machine will not finish what it has: others begin anew. `only`: of one lease's audit.
     void forget(MachineId machine, double now_s);
     void forget(MachineId machine, LeaseId only, double now_s);
+    /// The job is interrupted: when it goes on, who was at its audits begins anew.
+    void interrupt(JobId job, double now_s);
     /// Nothing that the machine has said counts any more.
     void distrust(MachineId machine, double now_s);
     /// Machines that have taken too long are given up, as if they had no part in it. Audits that nobody has begun for
-    /// too long are dropped, says how many; but where two differ those that were given up may try again.
+    /// too long, or ended for limits::audit_patiences_max times as long, are dropped, says how many; but where two
+    /// differ those that were given up may try again.
     std::uint64_t expire(double now_s);
     // Drop audits of the job, and say how many: all; those where no two differ yet; of these the ones that nobody of
     // `able` can carry on.
@@ -81,6 +86,7 @@ private:
         std::vector<ParticleRange> ranges;
         std::uint64_t particles = 0;
         double patience_s = 0;
+        double begun_s = 0;
         double waits_since_s = 0;  ///< for a witness
         std::uint64_t keep_threshold = 0;
         std::map<MachineId, std::uint64_t> said;  ///< fingerprints

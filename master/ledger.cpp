@@ -131,8 +131,8 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
     return NewLease{{light, taken.begin, taken.end - taken.begin}};
 }
 
-std::optional<ParticleRange> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
-                                                double deadline_s) {
+std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
+                                                   double deadline_s) {
     ensure(id != 0 && !leases_.contains(id), "a lease is new");
     auto oldest = leases_.end();
     for (auto it = leases_.begin(); it != leases_.end(); ++it) {
@@ -148,7 +148,7 @@ std::optional<ParticleRange> Ledger::lease_twin(LeaseId id, WorkerId worker, dou
         id,
         Lease{
             worker, straggler.light, now_s, deadline_s, oldest->first, straggler.lost_with, straggler.retries, {owed}});
-    return ParticleRange{straggler.light, owed.begin, owed.end - owed.begin};
+    return NewLease{{straggler.light, owed.begin, owed.end - owed.begin}, straggler.lost_with.size() > 1};
 }
 
 ClaimVerdict Ledger::check_one(WorkerId worker, const Claim& claim) const {

@@ -70,8 +70,8 @@ public:
                                   double deadline_s);
     /// Leases what a straggler still owes a second time: the oldest lease of another worker that was given before
     /// `given_before_s` and has no twin yet. The first commit wins.
-    std::optional<ParticleRange> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
-                                            double deadline_s);
+    std::optional<NewLease> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
+                                       double deadline_s);
 
     /// Says whether all the claims together may be stored. Changes nothing.
     ClaimVerdict check(WorkerId worker, std::span<const Claim> claims) const;

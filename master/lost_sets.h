@@ -31,6 +31,8 @@ public:
 
     /// Whether take() has one.
     bool ready(double now_s, bool alone) const;
+    /// Whether take() has one, but only for a worker that has nothing in hand.
+    bool needs_empty_hands(double now_s) const { return ready(now_s, true) && !ready(now_s, false); }
     /// One whose wait is over, at most `count` particles of it. `alone`: for a worker that has nothing in hand; else
     /// none that needs such a worker. REQUIRES: count > 0.
     std::optional<LostSet> take(double now_s, bool alone, std::uint64_t count);

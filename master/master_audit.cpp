@@ -157,9 +157,8 @@ Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left,
     return settle_and_take(now_s);
 }
 
-/// Whether the job has to wait before it may end: for a retraction, or for audits that somebody can still carry out.
+/// Whether the job waits for audits that somebody can still carry out.
 bool MasterCore::is_questioned(const Job& job) {
-    if (has_liars(job)) return true;
     std::set<MachineId> able;
     for (const auto& [id, session] : sessions_)
         if (session.worker() && !session.worker()->declined.contains(job.record.id())) able.insert(session.machine());

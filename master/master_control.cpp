@@ -84,6 +84,7 @@ Result<void> MasterCore::pause(Job& job, double now_s) {
     record.paused = true;
     record.status.state = JobState::paused;
     store_record(job);
+    if (job.phase == Phase::queued) tell_gone(job);  // who holds results for it waits no longer
     wind_up(job, now_s);
     return {};
 }
@@ -101,6 +102,7 @@ Result<void> MasterCore::resume(Job& job) {
     record.paused = false;
     record.status.state = JobState::queued;
     record.status.set_aside.clear();
+    record.status.sentence.clear();
     store_record(job);
     return {};
 }

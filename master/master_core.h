@@ -112,7 +112,7 @@ private:
         Phase phase = Phase::queued;
         std::unique_ptr<ActiveJob> active;
         std::optional<double> started_s;       ///< of the first lease
-        std::set<WorkerId> contributors;       ///< workers whose results were committed
+        std::set<MachineId> contributors;      ///< whose results were committed; at most limits::sessions_max
         double end_by_s = 0;                   ///< ending: outstanding results are waited for until then
         bool resumes = false;                  ///< it goes on before others begin
         bool was_put_aside = false;            ///< in this life: no lease of before is current
@@ -127,6 +127,8 @@ private:
         JobEffort effort;                      ///< storing: for the solution
         double snapshot_s = 0;                 ///< when the last one was asked for
         std::vector<std::pair<double, std::uint64_t>> committed_at;  ///< for the rate
+
+        bool may_begin() const { return phase == Phase::queued && !record.paused && !basis; }
     };
 
     /// A result on its way to the disk.
@@ -195,12 +197,14 @@ private:
     Job* next_to_prepare();
     bool is_awaited(JobId job) const;
     void resume_workers(Job& job, double now_s);
-    std::vector<Job*> active_in_order();
+    std::vector<Job*> running_in_order();
     static bool before(const Job& a, const Job& b);
     void end_if_finished(Job& job, double now_s);
     void end_with_solution(Job& job, double now_s);
     void put_aside(Job& job, double now_s);
+    void end_activity(Job& job);
     void end_with_failure(Job& job, std::string sentence, double now_s);
+    void hold_back(Job& job, std::string sentence);
     void tell_gone(Job& job);
     void sample_rate(Job& job, double now_s) const;
     std::int64_t unix_seconds(double now_s) const { return policy_.started_unix_seconds + std::int64_t(now_s); }

@@ -46,11 +46,10 @@ bool MasterCore::before(const Job& a, const Job& b) {
     return a.record.id() < b.record.id();
 }
 
-/// With those that are being interrupted, which get no more sets but those of their audits.
-std::vector<MasterCore::Job*> MasterCore::active_in_order() {
+std::vector<MasterCore::Job*> MasterCore::running_in_order() {
     std::vector<Job*> running;
     for (auto& [id, job] : jobs_)
-        if (job.phase == Phase::running || job.phase == Phase::ending) running.push_back(&job);
+        if (job.phase == Phase::running) running.push_back(&job);
     std::sort(running.begin(), running.end(), [](const Job* a, const Job* b) { return before(*a, *b); });
     return running;
 }
@@ -70,7 +69,7 @@ MasterCore::Job* MasterCore::next_to_prepare() {
         return job.resumes || job.record.cancel_asked || is_awaited(job.record.id());
     };
     for (auto& [id, job] : jobs_) {
-        if (job.phase != Phase::queued || job.record.paused || job.basis) continue;
+        if (!job.may_begin()) continue;
         if (!next || (is_first(job) == is_first(*next) ? before(job, *next) : is_first(job))) next = &job;
     }
     if (!next || is_first(*next)) return next;
@@ -97,8 +96,11 @@ void MasterCore::prepare_next(double now_s) {
         return effects_.push_back(Prepare{next->record});
     }
     // the least of those that run makes room for one that should go before it; one at a time
-    const bool goes_before =
-        lowest && (next->record.cancel_asked || next->record.spec.priority > lowest->record.spec.priority);
+    const bool goes_before = lowest && std::any_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
+                                 const JobRecord& record = entry.second.record;
+                                 return entry.second.may_begin() &&
+                                        (record.cancel_asked || record.spec.priority > lowest->record.spec.priority);
+                             });
     const bool one_ends = std::any_of(jobs_.begin(), jobs_.end(), [](const auto& entry) {
         return entry.second.phase != Phase::running && entry.second.active != nullptr;
     });
@@ -110,11 +112,15 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     if (!job || job->phase != Phase::preparing) return settle_and_take(now_s);
     JobRecord& record = job->record;
     if (!recovered) {
-        end_with_failure(*job, recovered.error().sentence, now_s);
+        const std::string& sentence = recovered.error().sentence;
+        record.begun && !record.cancel_asked ? hold_back(*job, sentence) : end_with_failure(*job, sentence, now_s);
         return settle_and_take(now_s);
     }
     // that they ended may not be on the disk yet
-    if (job->was_put_aside) recovered->leases.clear();
+    bool void_leases = job->was_put_aside || record.distrusted;
+    // what was lost may have lowered the threshold that they were given with
+    void_leases |= !recovered->damages.empty() && record.spec.keep_hits > 0;
+    if (void_leases) recovered->leases.clear();
     for (const std::string& damage : recovered->damages)
         count(Discard::stored_result_damaged, 1, damage + "; its particles are traced again");
     job->active =
@@ -125,6 +131,7 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     job->snapshot_s = now_s;
     job->resumes = false;
     record.status.set_aside.clear();
+    record.status.sentence.clear();
     if (!record.paused) record.status.state = wire::JobState::running;
     record.status.packing = job->active->packing();
     if (!record.begun) {
@@ -153,15 +160,16 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
     const bool waited = job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s);
-    // nobody waits for audits in an end, unless two already contradict each other and somebody may come to decide
+    // nobody waits for audits in an end; where two already contradict each other that is decided when the job goes on
     if (waited) count(Discard::audit_hopeless, audits_.drop_undisputed(job.record.id()), "the job was interrupted");
     if (waited && job.record.cancel_asked)
         count(Discard::audit_hopeless, audits_.drop(job.record.id()),
               "the job was cancelled in the midst of a dispute");
     const bool extended = ledger.particles() != job.record.spec.particles;  // since it was prepared
     const bool whole = ledger.complete() && !extended;
-    if ((whole || waited) && is_questioned(job)) return;
-    if (whole || (waited && job.record.cancel_asked && !extended)) return end_with_solution(job, now_s);
+    if (has_liars(job)) return;
+    if ((whole && !is_questioned(job)) || (waited && job.record.cancel_asked && !extended))
+        return end_with_solution(job, now_s);
     if (waited) put_aside(job, now_s);
 }
 
@@ -178,7 +186,15 @@ void MasterCore::end_with_solution(Job& job, double now_s) {
     job.record_waits = false;
     job.effort = effort_of(job, now_s);
     effects_.push_back(StoreSolution{record, job.effort});
+    end_activity(job);
+}
+
+/// It may begin again: when it is resumed, or extended.
+void MasterCore::end_activity(Job& job) {
     job.active.reset();
+    job.started_s.reset();
+    job.contributors.clear();
+    job.committed_at.clear();
     tell_gone(job);
 }
 
@@ -191,14 +207,14 @@ void MasterCore::put_aside(Job& job, double now_s) {
     job.record.status.workers = 0;
     job.record.status.particles_per_second = 0;
     job.record.status.eta_seconds.reset();
+    // one that makes room for others does not come before them after a restart
+    if (!job.record.paused && !job.resumes) job.record.status.state = wire::JobState::queued;
     job.phase = Phase::put_aside;
     job.was_put_aside = true;
+    audits_.interrupt(job.record.id(), now_s);
     store_record(job);
     effects_.push_back(PutAside{job.record.id(), effort_of(job, now_s)});
-    job.active.reset();
-    job.started_s.reset();
-    job.committed_at.clear();
-    tell_gone(job);
+    end_activity(job);
 }
 
 Effects MasterCore::on_put_aside(const PutAside& aside, double now_s) {
@@ -229,6 +245,17 @@ void MasterCore::end_with_failure(Job& job, std::string sentence, double now_s) 
     job.record.status.state = wire::JobState::failed;
     job.record.ended_unix_seconds = unix_seconds(now_s);
     job.record.status.sentence = std::move(sentence);
+    audits_.drop(job.record.id());
+    store_record(job);
+    tell_gone(job);
+}
+
+/// What it has on the disk is not given up because its scene can't be read now.
+void MasterCore::hold_back(Job& job, std::string sentence) {
+    job.phase = Phase::queued;
+    job.record.paused = true;
+    job.record.status.state = wire::JobState::paused;
+    job.record.status.sentence = std::move(sentence);
     store_record(job);
     tell_gone(job);
 }
@@ -239,6 +266,7 @@ void MasterCore::tell_gone(Job& job) {
         if (!worker) continue;
         worker->declined.erase(job.record.id());
         worker->paces.erase(job.record.id());
+        std::erase_if(worker->held, [&](const auto& lease) { return lease.second == job.record.id(); });
         const std::size_t knew = worker->told.erase(job.record.id()) + worker->awaited.erase(job.record.id());
         if (knew > 0) send(id, wire::JobGone(job.record.id()));
     }

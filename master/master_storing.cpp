@@ -74,7 +74,7 @@ void MasterCore::commit(std::uint64_t ticket, double now_s) {
     Job& job = jobs_.at(storing.job);
     --job.results_on_their_way;
     job.active->commit(*storing.result);
-    job.contributors.insert(storing.worker);
+    if (job.contributors.size() < limits::sessions_max) job.contributors.insert(storing.machine);
     if (policy_.audit_fraction > 0) audit(job, storing, ticket, now_s);
     answer(storing.worker, storing.job, storing.result->number(), {}, now_s);
     for (const auto& [worker, done] : storing.repeated) {

@@ -22,7 +22,7 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
     worker.leases_stated = true;
     std::set<JobId> named;
     for (const wire::LeaseProgress& lease : progress.leases) {
-        worker.held.insert(lease.lease);
+        worker.held.emplace(lease.lease, lease.job);
         named.insert(lease.job);
     }
     for (auto& [id, job] : jobs_) {
@@ -33,7 +33,7 @@ void MasterCore::on(Session& session, const wire::Progress& progress, double now
     for (const JobId id : named) {
         Job* job = find(id);
         const bool gone = !job || job->record.paused || job->phase == Phase::over || job->phase == Phase::storing ||
-                          job->phase == Phase::removing;
+                          job->phase == Phase::removing || (job->was_put_aside && !job->active);
         if (gone) {
             send(session.id, wire::JobGone(id));
             // it forgets them: should the job go on, they are nobody's
@@ -189,9 +189,9 @@ std::uint64_t MasterCore::threads() const {
 
 void MasterCore::give_work(double now_s) {
     if (no_space_) return;
-    const std::vector<Job*> jobs = active_in_order();
+    const std::vector<Job*> jobs = running_in_order();
     const bool nothing = !audits_.any() && std::none_of(jobs.begin(), jobs.end(), [&](const Job* job) {
-        return job->phase == Phase::running && job->active->ledger().has_set(Ledger::Hands::empty, now_s);
+        return job->active->ledger().has_set(Ledger::Hands::empty, now_s);
     });
     if (nothing) return;
     const std::uint64_t farm_threads = threads();
@@ -213,14 +213,19 @@ MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<J
     const Worker& worker = *session.worker();
     Job* fewest = nullptr;
     Job* current = nullptr;
+    Job* suspect = nullptr;
     for (Job* job : jobs) {
-        if (job->phase != Phase::running || has_liars(*job) || worker.declined.contains(job->record.id())) continue;
+        if (has_liars(*job) || worker.declined.contains(job->record.id())) continue;
         if (!job->active->ledger().has_set(hands, now_s)) continue;
         if (fewest && job->record.spec.priority < fewest->record.spec.priority) break;
         const auto leases = [](const Job* of) { return of->active->ledger().outstanding(); };
         if (!fewest || leases(job) < leases(fewest)) fewest = job;
         if (job->record.id() == worker.job) current = job;
+        if (!suspect && hands == Ledger::Hands::empty && job->active->ledger().lost().needs_empty_hands(now_s))
+            suspect = job;
     }
+    // empty hands are rare
+    if (suspect) return suspect;
     if (!current) return fewest;
     const std::uint64_t ahead = current->active->ledger().outstanding() - fewest->active->ledger().outstanding();
     return ahead <= session.hello.threads ? current : fewest;
@@ -258,12 +263,8 @@ bool MasterCore::has_suspect(Worker& worker) {
 /// A set that waits for empty hands would wait for ever where every worker always has something: one worker after the
 /// other, for a while, gets nothing until it has finished what it has.
 bool MasterCore::keeps_hands_free(const Session& session, const std::vector<Job*>& jobs, double now_s) {
-    const bool needed = std::any_of(jobs.begin(), jobs.end(), [&](const Job* job) {
-        const LostSets& lost = job->active->ledger().lost();
-        return job->phase == Phase::running && !session.worker()->declined.contains(job->record.id()) &&
-               lost.ready(now_s, true) && !lost.ready(now_s, false);
-    });
-    if (!needed) return false;
+    const Job* job = job_for(session, jobs, Ledger::Hands::empty, now_s);
+    if (!job || !job->active->ledger().lost().needs_empty_hands(now_s)) return false;
     if (now_s >= keeps_free_until_s_ || !sessions_.contains(keeps_free_)) {
         const auto next = std::find_if(sessions_.upper_bound(keeps_free_), sessions_.end(),
                                        [](const auto& entry) { return entry.second.worker(); });
@@ -285,8 +286,8 @@ bool MasterCore::nobody_can_trace(const Job& job) const {
 }
 
 Ledger::Hands MasterCore::hands_of(const Session& session) const {
-    const bool empty = std::none_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
-        return entry.second.active && entry.second.active->ledger().has_lease(session.instance());
+    const bool empty = !audits_.busy(session.machine()) && std::none_of(jobs_.begin(), jobs_.end(), [&](const auto& e) {
+        return e.second.active && e.second.active->ledger().has_lease(session.instance());
     });
     return empty ? Ledger::Hands::empty : Ledger::Hands::full;
 }
@@ -324,14 +325,16 @@ void MasterCore::give_twins(double now_s) {
 }
 
 void MasterCore::give_twin(Session& session, Worker& worker, double now_s) {
-    for (Job* job : active_in_order()) {
+    for (Job* job : running_in_order()) {
         Ledger& ledger = job->active->ledger();
-        if (job->phase != Phase::running || worker.declined.contains(job->record.id())) continue;
+        if (worker.declined.contains(job->record.id())) continue;
         if (ledger.unleased() > 0) return;
         const LeaseId lease = new_lease();
         const double late_s = now_s - limits::straggler_targets * policy_.set_target_seconds;
-        const auto range = ledger.lease_twin(lease, session.instance(), late_s, now_s, now_s + limits::lease_seconds);
-        if (range) return send_lease(session, worker, *job, lease, *range, now_s);
+        const auto twin = ledger.lease_twin(lease, session.instance(), late_s, now_s, now_s + limits::lease_seconds);
+        if (!twin) continue;
+        if (twin->alone) worker.alone = lease;
+        return send_lease(session, worker, *job, lease, twin->range, now_s);
     }
 }
 

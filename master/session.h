@@ -20,12 +20,12 @@ struct Greeting {};
 struct Submitter {};
 
 struct Worker {
-    std::uint32_t wanted = 0;      ///< sets that it has room for
-    bool leases_stated = false;    ///< its first Progress has come
-    std::set<std::uint64_t> held;  ///< leases it stated when it came
-    std::set<JobId> awaited;       ///< jobs of those that do not run yet
-    std::set<JobId> told;          ///< jobs it has a JobInfo of
-    std::set<JobId> declined;      ///< jobs it can't do
+    std::uint32_t wanted = 0;       ///< sets that it has room for
+    bool leases_stated = false;     ///< its first Progress has come
+    std::map<LeaseId, JobId> held;  ///< leases it stated when it came
+    std::set<JobId> awaited;        ///< jobs of those that do not run yet
+    std::set<JobId> told;           ///< jobs it has a JobInfo of
+    std::set<JobId> declined;       ///< jobs it can't do
     std::optional<StagedResult> open;
     JobId job = 0;                ///< of its newest lease
     LeaseId alone = 0;            ///< a lease beside which it gets nothing else, while it lasts

@@ -67,7 +67,11 @@ Result<std::vector<std::uint32_t>> Storage::admit(const Admit& admit) {
     auto missing = watched(files_.missing(admit.submit.scene));
     if (!missing || !missing->empty()) return missing;
     const auto bytes = files_.read(admit.submit.scene.file);
-    if (!bytes) return bytes.error();
+    if (!bytes) {
+        // damaged since it came: it is sent again
+        if (const auto removed = watched(files_.remove(admit.submit.scene.file)); !removed) return removed.error();
+        return watched(files_.missing(admit.submit.scene));
+    }
     auto prepared = prepare_job(admit.submit.spec, *bytes);
     if (!prepared) return prepared.error();
     if (const auto stored = watched(jobs_.put(admit.record)); !stored) return stored.error();
@@ -80,7 +84,7 @@ Result<std::vector<std::uint32_t>> Storage::admit(const Admit& admit) {
 Result<std::shared_ptr<const PreparedJob>> Storage::prepared(const JobRecord& job) {
     const auto admitted = std::exchange(admitted_, nullptr);
     if (admitted && admitted_scene_ == job.status.scene && admitted_spec_ == job.spec) return admitted;
-    const auto bytes = watched(files_.read(job.status.scene));
+    const auto bytes = files_.read(job.status.scene);
     if (!bytes) return bytes.error();
     return prepare_job(job.spec, *bytes);
 }
@@ -93,8 +97,12 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
     auto kept = watched(jobs_.unfinished(job.id()));
     if (!kept) return kept.error();
     JobLog& log = logs_.try_emplace(job.id(), disk_, segments_, job, *ready).first->second;
-    auto damages = watched(log.recover(*kept, files_));
-    if (!damages) return damages.error();
+    auto damages = log.recover(*kept, files_);
+    if (!damages) {
+        // what can't be read holds back this job, not the others
+        logs_.erase(job.id());
+        return damages.error();
+    }
     const JobSums& sums = log.sums();
     RecoveredJob recovered;
     recovered.prepared = std::move(*ready);

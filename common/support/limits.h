@@ -111,6 +111,7 @@ inline constexpr double retry_seconds = 1;        ///< a lost set waits this lon
 inline constexpr double audit_seconds = 60;       ///< to trace a result again; beside some times what it took at first
 inline constexpr std::size_t audits_max = 4'096;  ///< that are under way, or wait
 inline constexpr double audit_slowness_max = 5;   ///< times what it took at first
+inline constexpr double audit_patiences_max = 4;  ///< times as long an audit may take in all, over several workers
 inline constexpr double reconnect_seconds = 10;   ///< leases of a lost connection wait for their worker this long; a
                                                   ///< master may be told otherwise
 inline constexpr double finish_seconds = 10;      ///< an interrupted job waits for outstanding results this long

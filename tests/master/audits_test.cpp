@@ -145,5 +145,33 @@ TEST_F(AuditsTest, DisputeOutlivesWhatDropsTheOthers) {
     EXPECT_EQ(audits_.disputed(job), 1u);
 }
 
+/// Each worker that began it was lost.
+TEST_F(AuditsTest, AuditThatManyHaveBegunIsDroppedInTheEnd) {
+    std::uint64_t dropped = 0;
+    double now_s = 0;
+    for (MachineId machine = 100; dropped == 0 && machine < 200; ++machine) {
+        ASSERT_TRUE(audits_.has_set(job, machine));
+        audits_.give(job, machine, ++leases_, now_s);
+        EXPECT_TRUE(audits_.busy(machine));
+        now_s += 90;
+        audits_.forget(machine, now_s);
+        EXPECT_FALSE(audits_.busy(machine));
+        dropped = audits_.expire(now_s);
+    }
+    EXPECT_EQ(dropped, 1u);
+    EXPECT_GT(now_s, 100 * limits::audit_patiences_max);
+    EXPECT_EQ(audits_.pending(job), 0u);
+}
+
+TEST_F(AuditsTest, WhoWasInterruptedBeginsAnew) {
+    EXPECT_FALSE(testify(bob, truth + 1));
+    const Audits::Set set = audits_.give(job, cid, 50, 0);
+    audits_.forget(dan, 0);
+    audits_.interrupt(job, 10);
+    EXPECT_FALSE(audits_.check(cid, std::array{Claim{50, set.range}}));
+    leases_ = 60;
+    EXPECT_EQ(testify(cid, truth)->liars, std::vector{bob});
+}
+
 }  // namespace
 }  // namespace lumenfarm::testing

@@ -139,7 +139,7 @@ TEST(Ledger, FirstOfTwoTwinsWins) {
     const auto range = lease(ledger, 1, ann, 100, 0, 60);
     EXPECT_FALSE(ledger.lease_twin(2, ann, 100, 5, 60)) << "not to the straggler itself";
     EXPECT_FALSE(ledger.lease_twin(2, bob, 0, 5, 60)) << "not before it is late";
-    ASSERT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), range);
+    ASSERT_EQ(ledger.lease_twin(2, bob, 5, 5, 60)->range, range);
     EXPECT_FALSE(ledger.lease_twin(3, bob, 100, 5, 60)) << "one twin is enough";
     commit(ledger, std::array{whole(2, *range)});
     EXPECT_TRUE(ledger.complete());
@@ -151,7 +151,7 @@ TEST(Ledger, TwinOwesOnlyWhatTheStragglerOwes) {
     Ledger ledger({100});
     lease(ledger, 1, ann, 100, 0, 60);
     commit(ledger, std::array{Claim{1, {0, 0, 30}}});
-    EXPECT_EQ(ledger.lease_twin(2, bob, 5, 5, 60), (ParticleRange{0, 30, 70}));
+    EXPECT_EQ(ledger.lease_twin(2, bob, 5, 5, 60)->range, (ParticleRange{0, 30, 70}));
     commit(ledger, std::array{Claim{1, {0, 30, 10}}});
     EXPECT_EQ(verdict(ledger, bob, {2, {0, 30, 70}}), ClaimVerdict::already_committed);
     EXPECT_EQ(verdict(ledger, bob, {2, {0, 40, 60}}), ClaimVerdict::current);

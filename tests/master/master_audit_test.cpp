@@ -152,7 +152,7 @@ TEST_F(AuditedMasterTest, NextLifeTakesOutWhatALiarHasTraced) {
     EXPECT_EQ(all_sent<wire::Lease>(bob).size(), 1u);
 }
 
-TEST_F(AuditedMasterTest, DisputedJobIsNotDoneBecauseItIsPaused) {
+TEST_F(AuditedMasterTest, DisputeOutlivesAPauseAndHoldsNothingUp) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);
     deliver(ann, lie(pull(ann, 1).at(0), ++results_));
@@ -160,13 +160,39 @@ TEST_F(AuditedMasterTest, DisputedJobIsNotDoneBecauseItIsPaused) {
     work(bob);
     work(ann);
     take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::pause), 8, now_s_));
-    now_s_ += limits::finish_seconds + 1;
-    take(master_.tick(now_s_));
-    EXPECT_FALSE(solution_);
-    EXPECT_FALSE(find<PutAside>());
+    EXPECT_FALSE(solution_) << "all is committed, and not all is true";
+    const auto aside = find<PutAside>();
+    ASSERT_TRUE(aside);
+    take(master_.on_put_aside(*aside, now_s_));
     join(cid, 13);
+    EXPECT_TRUE(pull(cid, 1).empty());
+    pull(cid, 0);
+    take(master_.on_message(embedding_session, wire::ControlRequest(job, wire::JobAction::resume), 9, now_s_));
+    RecoveredJob all;
+    for (const std::uint64_t particles : prepared_->particles) all.committed.emplace_back().insert(0, particles);
+    prepare(std::move(all));
+    EXPECT_FALSE(solution_);
     work(cid);
     EXPECT_TRUE(find<Retract>());
+}
+
+/// Its kept hits were chosen with a threshold that the lies had lowered.
+TEST_F(AuditedMasterTest, LeasesOfADistrustedJobDoNotComeBack) {
+    JobSpec spec = records_job();
+    spec.keep_hits = 10;
+    const JobId job = submit(spec, 1);
+    join(ann, 11);
+    const auto lease = pull(ann, 1).at(0);
+    JobRecord kept = *master_.record(job);
+    kept.distrusted = true;
+    kept.liars = {77};
+    master_ = MasterCore(policy());
+    master_.restore(kept);
+    take(master_.tick(now_s_));
+    RecoveredJob recovered;
+    recovered.leases = {{lease.lease, 11, lease.range}};
+    prepare(std::move(recovered));
+    EXPECT_EQ(master_.status(job, now_s_)->leased, 0u);
 }
 
 TEST_F(AuditedMasterTest, JobThatWaitsLosesWhatALiarHasTracedOfIt) {

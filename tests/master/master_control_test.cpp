@@ -349,6 +349,96 @@ TEST_F(ControlTest, HigherPriorityTakesAllAndThePlaceOfALowerOne) {
     for (const auto& lease : leases) EXPECT_EQ(lease.job, urgent);
 }
 
+/// A job that made room and is to go on first, since a worker waits for it, is not in the way of a more urgent one.
+TEST_F(ControlTest, JobThatWaitsForAPlaceDoesNotHideAMoreUrgentOne) {
+    JobSpec spec = records_job();
+    JobRecord waiting;
+    waiting.status.job = 1;
+    waiting.spec = spec;
+    waiting.begun = true;
+    waiting.status.state = JobState::running;
+    waiting.status.scene = scene_digest(bytes_);
+    spec.priority = 10;
+    for (std::uint64_t key = 2; key <= limits::active_jobs_max + 1; ++key) submit(spec, key);
+    waiting.status.job = 50;
+    master_.restore(waiting);
+    spec.priority = 20;
+    submit(spec, 99);
+    EXPECT_TRUE(find<PutAside>());
+}
+
+TEST_F(ControlTest, JobWhoseSceneCannotBeReadIsHeldBackWithAllThatItHas) {
+    const JobId job = submit(records_job(), 1);
+    control(job, JobAction::pause);
+    put_aside();
+    control(job, JobAction::resume);
+    prepare_.reset();
+    take(master_.on_prepared(job, bad_input("the scene is damaged"), now_s_));
+    EXPECT_EQ(state(job), JobState::paused);
+    ASSERT_TRUE(find<StoreRecord>());
+    EXPECT_FALSE(find<StoreRecord>()->record.over()) << "what it has would be removed";
+    EXPECT_NE(why(job).find("can't go on: the scene is damaged; `lumenfarm resume 1` tries again"), std::string::npos)
+        << why(job);
+    control(job, JobAction::resume);
+    EXPECT_EQ(why(job), "the master reads the scene of job 1");
+    prepare(half_done());
+    EXPECT_EQ(state(job), JobState::running);
+
+    // one that has done nothing has nothing to lose
+    JobSpec spec = records_job();
+    spec.seed = 2;
+    take(master_.on_message(
+        embedding_session,
+        wire::Submit(7, spec, wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))), 1,
+        now_s_));
+    take(master_.on_admitted(*find<Admit>(), std::vector<std::uint32_t>{}, now_s_));
+    const JobId fresh = sent<wire::SubmitReply>(embedding_session)->job;
+    prepare_.reset();
+    take(master_.on_prepared(fresh, bad_input("the scene is damaged"), now_s_));
+    EXPECT_EQ(state(fresh), JobState::failed);
+}
+
+TEST_F(ControlTest, WorkerThatHoldsResultsOfAJobThatWaitsIsToldThatTheyAreNobodys) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    const auto lease = pull(ann, 1).at(0);
+    take(master_.on_disconnect(ann, now_s_));
+    control(job, JobAction::extend, 20'000);
+    now_s_ += limits::finish_seconds + 1;
+    take(master_.tick(now_s_));
+    ASSERT_TRUE(find<PutAside>());
+    join(ann, 11, {{job, lease.lease, 0}});
+    EXPECT_TRUE(sent<wire::JobGone>(ann)) << "they would be stale when it goes on";
+
+    // a restored job is waited for, until it is paused
+    JobRecord record = *master_.record(job);
+    record.paused = false;
+    master_ = MasterCore(policy());
+    master_.restore(record);
+    prepare_.reset();
+    join(bob, 12, {{job, lease.lease, 0}});
+    EXPECT_FALSE(sent<wire::JobGone>(bob));
+}
+
+TEST_F(ControlTest, TimeBetweenTwoRunsOfAJobIsNotItsOwn) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    const auto leases = pull(ann, 20);
+    now_s_ += 10;
+    for (const auto& lease : leases) deliver(ann, trace(lease, ++results_));
+    EXPECT_EQ(solution_->effort.elapsed_s, 10);
+    store_solution();
+    now_s_ += 86'400;
+    control(job, JobAction::extend, 20'000);
+    take(master_.on_record_stored(*find<StoreRecord>(), {}, now_s_));
+    RecoveredJob recovered;
+    recovered.effort = {10, 1};
+    prepare(std::move(recovered));
+    pull(ann, 1);
+    now_s_ += 5;
+    EXPECT_EQ(master_.status(job, now_s_)->elapsed_seconds, 15);
+}
+
 TEST_F(ControlTest, WhySaysWhatARunningJobWaitsFor) {
     const JobId job = submit(records_job(), 1);
     EXPECT_EQ(why(job), "job 1 waits for a worker: none is connected");
@@ -362,23 +452,58 @@ TEST_F(ControlTest, WhySaysWhatARunningJobWaitsFor) {
               "job 1 waits for workers to come back: none is connected, and 11 leases are kept for them for a while");
 }
 
-TEST_F(ControlTest, SuspectSetIsTriedThoughOtherJobsKeepEverybodyBusy) {
-    JobSpec spec = records_job();
-    spec.particles = 2'000;
-    submit(spec, 1);
-    join(ann, 11);
-    for (int losses = 0; losses < 2; ++losses) {
-        const auto lost = pull(ann, 1);
-        ASSERT_EQ(lost.size(), 1u);
-        take(master_.on_disconnect(ann, now_s_));
-        now_s_ += limits::reconnect_seconds + 5;
-        take(master_.tick(now_s_));
-        now_s_ += 5;
-        join(ann, 12 + static_cast<std::uint64_t>(losses));
+class SuspectSets : public ControlTest {
+protected:
+    /// Two workers were lost with the only set of job 1 that is left, and a third is there.
+    void lose_twice() {
+        JobSpec spec = records_job();
+        spec.particles = 2'000;
+        submit(spec, 1);
+        join(ann, 11);
+        for (WorkerId next : {12u, 13u}) {
+            const auto lost = pull(ann, 1);
+            ASSERT_EQ(lost.size(), 1u);
+            take(master_.on_disconnect(ann, now_s_));
+            now_s_ += limits::reconnect_seconds + 5;
+            take(master_.tick(now_s_));
+            now_s_ += 5;
+            join(ann, next);
+        }
     }
-    spec.particles = 4'000'000;
-    spec.priority = -1;
-    submit(spec, 2);
+    void submit_long_job(std::int32_t priority) {
+        JobSpec spec = records_job();
+        spec.particles = 4'000'000;
+        spec.priority = priority;
+        submit(spec, 2);
+    }
+};
+
+TEST_F(SuspectSets, OnlyWorkerTriesItBeforeAnotherJobOfThatPriority) {
+    lose_twice();
+    submit_long_job(0);
+    auto held = pull(ann, 2);
+    while (!held.empty() && held.front().job == 2) {
+        ASSERT_LT(results_, 20u);
+        deliver(ann, trace(held.front(), ++results_));
+        held.erase(held.begin());
+        for (const auto& lease : pull(ann, 2 - static_cast<std::uint32_t>(held.size()))) held.push_back(lease);
+    }
+    ASSERT_EQ(held.size(), 1u);
+    EXPECT_EQ(held.front().job, 1u);
+}
+
+TEST_F(SuspectSets, NobodyIsKeptFreeWhileAMoreUrgentJobHasSets) {
+    lose_twice();
+    submit_long_job(5);
+    for (int i = 0; i < 5; ++i) {
+        EXPECT_EQ(pull(ann, 2).size(), 2u) << i;
+        now_s_ += 1;
+    }
+}
+
+TEST_F(SuspectSets, AreTriedThoughOtherJobsKeepEverybodyBusy) {
+    lose_twice();
+    submit_long_job(-1);
     join(bob, 20);
     // both have a backlog that is filled again at once, until one of them is to have its hands free
     std::map<SessionId, std::vector<wire::Lease>> held;

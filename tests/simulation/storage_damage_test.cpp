@@ -249,5 +249,36 @@ TEST_F(DamagedStorage, ASnapshotThatIsDamagedIsLostAndWhatCameAfterItIsNot) {
     EXPECT_NE(found.damages[0].find("the snapshot of job 1 is lost"), std::string::npos);
 }
 
+TEST_F(DamagedStorage, ASceneThatIsDamagedCostsNothingAndIsMendedByAnotherJobOfIt) {
+    SimulatedDisk disk;
+    Image image = image_;
+    image.at("/storage/files" / fs::path(record_.status.scene.hex()))[99] ^= std::byte{1};
+    restore(disk, image);
+    const SimulatedVfs vfs(disk);
+    auto storage = std::move(Storage::open(disk, "/storage", vfs.name()).value());
+    const auto start = storage->start();
+    ASSERT_TRUE(start.has_value());
+    const auto refused = storage->prepare({start->records.front()});
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_NE(refused.error().sentence.find("is damaged: its digest differs"), std::string::npos);
+
+    Admit admit;
+    admit.record = record_;
+    admit.record.key = 4;
+    admit.record.status.job = 2;
+    admit.submit = wire::Submit(4, record_.spec, {record_.status.scene, scene_.size(), chunk_digests(scene_)});
+    const auto missing = storage->admit(admit);
+    ASSERT_TRUE(missing.has_value());
+    EXPECT_EQ(*missing, std::vector<std::uint32_t>{0});
+    ASSERT_TRUE(storage->put_chunk({record_.status.scene, 0, scene_}).has_value());
+    EXPECT_TRUE(storage->admit(admit).value().empty());
+
+    const auto recovered = storage->prepare({start->records.front()});
+    ASSERT_TRUE(recovered.has_value());
+    EXPECT_TRUE(recovered->damages.empty());
+    const auto solution = storage->store(StoreSolution{start->records.front(), {}});
+    EXPECT_EQ(digests_.at(solution->status.digest.value()), (1u << results) - 1);
+}
+
 }  // namespace
 }  // namespace lumenfarm::testing
