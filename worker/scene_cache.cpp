@@ -39,6 +39,7 @@ std::vector<Digest> SceneCache::make_room(std::uint64_t bytes) const {
         fs::file_time_type used;
         std::uint64_t bytes;
     };
+    remove_abandoned(folder_);
     std::vector<File> files;
     std::uint64_t sum = bytes;
     std::error_code error;

@@ -7,11 +7,16 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 namespace lumenfarm {
 namespace {
+
+constexpr std::string_view beside_mark = ".part-";  ///< before the number of the process that writes
 
 std::string reason() { return std::strerror(errno); }
 
@@ -64,7 +69,7 @@ Result<void> sync_folder(const std::filesystem::path& folder) {
 }
 
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    const std::string beside = path.string() + ".part-" + std::to_string(::getpid());
+    const std::string beside = path.string() + std::string(beside_mark) + std::to_string(::getpid());
     const auto fails = [&](int code) {
         ::unlink(beside.c_str());
         return disk_error("cannot write '" + path.string() + "'", code);
@@ -79,6 +84,21 @@ Result<void> write_file(const std::filesystem::path& path, std::span<const std::
 
 Result<void> write_file(const std::filesystem::path& path, const std::string& text) {
     return write_file(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void remove_abandoned(const std::filesystem::path& folder) {
+    std::error_code error;
+    for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+        const std::string name = at->path().filename().string();
+        const auto mark = name.rfind(beside_mark);
+        if (mark == std::string::npos) continue;
+        pid_t writer = 0;
+        const char* last = name.data() + name.size();
+        const auto read = std::from_chars(name.data() + mark + beside_mark.size(), last, writer);
+        if (read.ec != std::errc() || read.ptr != last || writer <= 0) continue;
+        std::error_code ignored;
+        if (::kill(writer, 0) != 0 && errno == ESRCH) std::filesystem::remove(at->path(), ignored);
+    }
 }
 
 Result<void> make_folder(const std::filesystem::path& path) {

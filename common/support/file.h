@@ -19,6 +19,8 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std:
 /// lasts. Errors: no_space, failed.
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 Result<void> write_file(const std::filesystem::path& path, const std::string& text);
+/// Removes from the folder what write_file() of processes that ended in its midst has left there.
+void remove_abandoned(const std::filesystem::path& folder);
 
 /// The names in the folder last when this returns. Errors: failed, no_space.
 Result<void> sync_folder(const std::filesystem::path& folder);

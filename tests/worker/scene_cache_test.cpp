@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <filesystem>
 
 namespace lumenfarm::worker {
@@ -57,6 +59,16 @@ TEST_F(SceneCacheTest, StaysWithinItsSize) {
     EXPECT_NE(cache.load(scene_digest(scene(4))).value(), nullptr) << "the newest stays";
     EXPECT_FALSE(cache.keep(scene_digest(scene(9, 9'000)), scene(9, 9'000))) << "too large to be kept";
     EXPECT_EQ(cache.load(scene_digest(scene(9, 9'000))).value(), nullptr);
+}
+
+TEST_F(SceneCacheTest, WhatAKilledWorkerWasWritingGoesAndWhatALiveOneWritesStays) {
+    const std::string name = scene_digest(scene(1)).hex() + ".part-";
+    fs::create_directories(folder_);
+    const fs::path dead = folder_ / (name + "4194305"), live = folder_ / (name + std::to_string(getppid()));
+    for (const fs::path& part : {dead, live}) ASSERT_TRUE(write_file(part, scene(1)));
+    ASSERT_TRUE(SceneCache(folder_, 1'000'000).keep(scene_digest(scene(2)), scene(2)));
+    EXPECT_FALSE(fs::exists(dead)) << "no process has a number above 2^22";
+    EXPECT_TRUE(fs::exists(live));
 }
 
 TEST_F(SceneCacheTest, UnwritableFolderIsASentence) {
