@@ -50,13 +50,13 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
         damages.push_back(std::to_string(kept.damaged) + " rows of " + name + " are damaged in the database");
     if (kept.snapshot)
         if (const auto read = recover_snapshot(*kept.snapshot, files); !read) {
-            if (read.error().code == ErrorCode::failed) return read.error();
+            if (read.error().code != ErrorCode::bad_input) return read.error();
             damages.push_back("the snapshot of " + name + " is lost: " + read.error().sentence);
         }
     for (const StoredResult& stored : kept.results) {
         if (snapshot_ && stored.number < kept.snapshot->next_result) continue;
         if (const auto read = recover_result(stored); !read) {
-            if (read.error().code == ErrorCode::failed) return read.error();
+            if (read.error().code != ErrorCode::bad_input) return read.error();
             damages.push_back("result " + std::to_string(stored.number) + " of " + name +
                               " is lost: " + read.error().sentence);
         }

@@ -116,8 +116,10 @@ void MasterCore::cancel_job(Job& job, double now_s) {
     JobRecord& record = job.record;
     if (record.over() || record.cancel_asked || job.phase == Phase::storing) return;
     const bool begins = job.phase == Phase::queued || job.phase == Phase::preparing;
+    const bool given_up = is_held_back(record);
     record.paused = false;
-    if (begins && !record.begun) {
+    record.status.sentence.clear();
+    if (begins && (!record.begun || given_up)) {
         job.phase = Phase::over;
         record.status.state = JobState::cancelled;
         record.ended_unix_seconds = unix_seconds(now_s);

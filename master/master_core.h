@@ -188,6 +188,7 @@ private:
     void commit(std::uint64_t ticket, double now_s);
     void store_record(Job& job);
     void await_space(const Error& error, double now_s);
+    void has_space(double now_s);
     void try_again(double now_s);
     void store_snapshot(Job& job, double now_s);
     void collect_ended_leases();
@@ -204,7 +205,8 @@ private:
     void put_aside(Job& job, double now_s);
     void end_activity(Job& job);
     void end_with_failure(Job& job, std::string sentence, double now_s);
-    void hold_back(Job& job, std::string sentence);
+    void not_prepared(Job& job, const Error& error, double now_s);
+    static bool is_held_back(const JobRecord& job) { return job.paused && !job.status.sentence.empty(); }
     void tell_gone(Job& job);
     void sample_rate(Job& job, double now_s) const;
     std::int64_t unix_seconds(double now_s) const { return policy_.started_unix_seconds + std::int64_t(now_s); }

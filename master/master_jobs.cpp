@@ -81,6 +81,7 @@ MasterCore::Job* MasterCore::next_to_prepare() {
 }
 
 void MasterCore::prepare_next(double now_s) {
+    if (no_space_) return;
     std::size_t active = 0;
     Job* lowest = nullptr;
     for (auto& [id, job] : jobs_) {
@@ -102,7 +103,8 @@ void MasterCore::prepare_next(double now_s) {
                                         (record.cancel_asked || record.spec.priority > lowest->record.spec.priority);
                              });
     const bool one_ends = std::any_of(jobs_.begin(), jobs_.end(), [](const auto& entry) {
-        return entry.second.phase != Phase::running && entry.second.active != nullptr;
+        const Phase phase = entry.second.phase;
+        return phase == Phase::ending || phase == Phase::put_aside || phase == Phase::storing;
     });
     if (goes_before && !one_ends && active == limits::active_jobs_max) wind_up(*lowest, now_s);
 }
@@ -112,15 +114,18 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     if (!job || job->phase != Phase::preparing) return settle_and_take(now_s);
     JobRecord& record = job->record;
     if (!recovered) {
-        const std::string& sentence = recovered.error().sentence;
-        record.begun && !record.cancel_asked ? hold_back(*job, sentence) : end_with_failure(*job, sentence, now_s);
+        not_prepared(*job, recovered.error(), now_s);
         return settle_and_take(now_s);
     }
     // that they ended may not be on the disk yet
     bool void_leases = job->was_put_aside || record.distrusted;
     // what was lost may have lowered the threshold that they were given with
     void_leases |= !recovered->damages.empty() && record.spec.keep_hits > 0;
-    if (void_leases) recovered->leases.clear();
+    if (void_leases) {
+        StoreLeases ended;
+        for (const GivenLease& lease : std::exchange(recovered->leases, {})) ended.ended.push_back(lease.lease);
+        if (!ended.ended.empty()) effects_.push_back(std::move(ended));
+    }
     for (const std::string& damage : recovered->damages)
         count(Discard::stored_result_damaged, 1, damage + "; its particles are traced again");
     job->active =
@@ -133,6 +138,9 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     record.status.set_aside.clear();
     record.status.sentence.clear();
     if (!record.paused) record.status.state = wire::JobState::running;
+    // what was said of results of another packing can't be compared
+    if (record.begun && record.status.packing != job->active->packing())
+        count(Discard::audit_hopeless, audits_.drop(id), "the job is packed in another way now");
     record.status.packing = job->active->packing();
     if (!record.begun) {
         record.begun = true;
@@ -250,12 +258,19 @@ void MasterCore::end_with_failure(Job& job, std::string sentence, double now_s) 
     tell_gone(job);
 }
 
-/// What it has on the disk is not given up because its scene can't be read now.
-void MasterCore::hold_back(Job& job, std::string sentence) {
+/// What it has on the disk, or may have, is not given up because something can't be read now.
+void MasterCore::not_prepared(Job& job, const Error& error, double now_s) {
+    if (error.code == ErrorCode::no_space) {
+        job.phase = Phase::queued;
+        return await_space(error, now_s);
+    }
+    if (error.code == ErrorCode::bad_input && !job.record.begun) return end_with_failure(job, error.sentence, now_s);
     job.phase = Phase::queued;
+    job.resumes = false;
     job.record.paused = true;
+    job.record.cancel_asked = false;
     job.record.status.state = wire::JobState::paused;
-    job.record.status.sentence = std::move(sentence);
+    job.record.status.sentence = error.sentence;
     store_record(job);
     tell_gone(job);
 }

@@ -54,10 +54,7 @@ Effects MasterCore::on_results_stored(std::span<const std::uint64_t> tickets,
         if (!tickets.empty()) await_space(stored.error(), now_s);
         return settle_and_take(now_s);
     }
-    if (!tickets.empty()) {
-        no_space_.reset();
-        retry_s_ = now_s;  // what waits goes with the next tick
-    }
+    if (!tickets.empty()) has_space(now_s);
     for (const std::uint64_t ticket : tickets) commit(ticket, now_s);
     for (const auto& [id, threshold] : *stored) {
         Job* job = find(id);
@@ -93,6 +90,7 @@ Effects MasterCore::on_record_stored(const StoreRecord& store, const Result<void
     if (Job* job = find(store.record.id())) {
         --job->records_on_their_way;
         if (stored) {
+            has_space(now_s);
             if (store.basis) job->basis.reset();
             answer_askers(*job);
         } else {
@@ -108,6 +106,11 @@ Effects MasterCore::on_record_stored(const StoreRecord& store, const Result<void
 void MasterCore::await_space(const Error& error, double now_s) {
     no_space_ = error.sentence;
     retry_s_ = now_s + limits::disk_retry_seconds;
+}
+
+void MasterCore::has_space(double now_s) {
+    no_space_.reset();
+    retry_s_ = now_s;  // what waits goes with the next tick
 }
 
 void MasterCore::try_again(double now_s) {

@@ -49,7 +49,7 @@ std::string MasterCore::why_queued(const Job& job) const {
     const std::string resume = "`lumenfarm resume " + std::to_string(job.record.id()) + "`";
     if (const std::string aside = set_aside_text(job.record.status); job.record.paused && !aside.empty())
         return name + " is paused since " + aside + ", " + resume + " tries them again, `cancel` keeps what is done";
-    if (job.record.paused && !job.record.status.sentence.empty())
+    if (is_held_back(job.record))
         return name + " is paused since it can't go on: " + job.record.status.sentence + "; " + resume +
                " tries again (a damaged scene is mended by another job of it), `cancel` gives up what is done";
     if (job.record.paused) return name + " is paused; " + resume + " lets it go on";

@@ -234,10 +234,11 @@ MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<J
 bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                           double now_s) {
     if (has_suspect(worker)) return false;
-    if (give_audit_set(session, worker, jobs, now_s)) return true;
     const Ledger::Hands hands = hands_of(session);
     if (hands == Ledger::Hands::full && keeps_hands_free(session, jobs, now_s)) return false;
     Job* job = job_for(session, jobs, hands, now_s);
+    const bool suspect = job && hands == Ledger::Hands::empty && job->active->ledger().lost().needs_empty_hands(now_s);
+    if (!suspect && give_audit_set(session, worker, jobs, now_s)) return true;
     if (!job) return false;
     Ledger& ledger = job->active->ledger();
     const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};

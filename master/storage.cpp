@@ -67,6 +67,7 @@ Result<std::vector<std::uint32_t>> Storage::admit(const Admit& admit) {
     auto missing = watched(files_.missing(admit.submit.scene));
     if (!missing || !missing->empty()) return missing;
     const auto bytes = files_.read(admit.submit.scene.file);
+    if (!bytes && bytes.error().code != ErrorCode::bad_input) return bytes.error();
     if (!bytes) {
         // damaged since it came: it is sent again
         if (const auto removed = watched(files_.remove(admit.submit.scene.file)); !removed) return removed.error();

@@ -193,6 +193,9 @@ TEST_F(AuditedMasterTest, LeasesOfADistrustedJobDoNotComeBack) {
     recovered.leases = {{lease.lease, 11, lease.range}};
     prepare(std::move(recovered));
     EXPECT_EQ(master_.status(job, now_s_)->leased, 0u);
+    const auto ended = find<StoreLeases>();
+    ASSERT_TRUE(ended);
+    EXPECT_EQ(ended->ended, std::vector{lease.lease}) << "nor in the next life";
 }
 
 TEST_F(AuditedMasterTest, JobThatWaitsLosesWhatALiarHasTracedOfIt) {

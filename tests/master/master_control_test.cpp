@@ -1,4 +1,4 @@
-#include "tests/master/master_fixture.h"
+#include "tests/master/control_fixture.h"
 
 #include <gtest/gtest.h>
 
@@ -11,42 +11,6 @@ namespace {
 
 using wire::JobAction;
 using wire::JobState;
-
-class ControlTest : public MasterTest {
-protected:
-    void control(JobId job, JobAction action, std::uint64_t particles = 0) {
-        take(master_.on_message(embedding_session, wire::ControlRequest(job, action, particles), 9, now_s_));
-    }
-    std::optional<JobState> answered() const {
-        const auto reply = sent<wire::ControlReply>(embedding_session);
-        return reply ? std::optional(reply->state) : std::nullopt;
-    }
-    std::string refused() const {
-        const auto refusal = sent<wire::Refusal>(embedding_session);
-        return refusal ? refusal->sentence : "";
-    }
-    JobState state(JobId job) const { return master_.status(job, now_s_)->state; }
-    std::string why(JobId job) const { return master_.status(job, now_s_)->sentence; }
-    void put_aside() {
-        const auto aside = find<PutAside>();
-        ASSERT_TRUE(aside);
-        take(master_.on_put_aside(*aside, now_s_));
-    }
-    /// Traces everything that a job has.
-    void finish(JobId) {
-        for (auto leases = pull(ann, 1); !leases.empty(); leases = pull(ann, 1))
-            ASSERT_EQ(deliver(ann, trace(leases[0], ++results_)), wire::Verdict::accepted);
-        store_solution();
-    }
-    RecoveredJob half_done() {
-        RecoveredJob half;
-        half.committed.resize(prepared_->particles.size());
-        for (std::size_t light = 0; light < prepared_->particles.size(); ++light)
-            half.committed[light].insert(0, prepared_->particles[light] / 2);
-        return half;
-    }
-    std::uint64_t results_ = 0;
-};
 
 TEST_F(ControlTest, PausedJobHandsInWhatIsDoneAndLetsGoOfItsSums) {
     const JobId job = submit(records_job(), 1);
@@ -340,103 +304,17 @@ TEST_F(ControlTest, HigherPriorityTakesAllAndThePlaceOfALowerOne) {
     join(ann, 11);
     spec.priority = 3;
     const JobId urgent = submit(spec, 99);
-    // the youngest of the others makes room
-    put_aside();
+    // the youngest of the others makes room, and only that
+    const auto aside = find<PutAside>();
+    ASSERT_TRUE(aside);
+    take(master_.tick(now_s_));
+    EXPECT_FALSE(find<PutAside>());
+    take(master_.on_put_aside(*aside, now_s_));
     EXPECT_EQ(state(limits::active_jobs_max), JobState::queued);
     prepare({});
     const auto leases = pull(ann, 10);
     ASSERT_EQ(leases.size(), 10u);
     for (const auto& lease : leases) EXPECT_EQ(lease.job, urgent);
-}
-
-/// A job that made room and is to go on first, since a worker waits for it, is not in the way of a more urgent one.
-TEST_F(ControlTest, JobThatWaitsForAPlaceDoesNotHideAMoreUrgentOne) {
-    JobSpec spec = records_job();
-    JobRecord waiting;
-    waiting.status.job = 1;
-    waiting.spec = spec;
-    waiting.begun = true;
-    waiting.status.state = JobState::running;
-    waiting.status.scene = scene_digest(bytes_);
-    spec.priority = 10;
-    for (std::uint64_t key = 2; key <= limits::active_jobs_max + 1; ++key) submit(spec, key);
-    waiting.status.job = 50;
-    master_.restore(waiting);
-    spec.priority = 20;
-    submit(spec, 99);
-    EXPECT_TRUE(find<PutAside>());
-}
-
-TEST_F(ControlTest, JobWhoseSceneCannotBeReadIsHeldBackWithAllThatItHas) {
-    const JobId job = submit(records_job(), 1);
-    control(job, JobAction::pause);
-    put_aside();
-    control(job, JobAction::resume);
-    prepare_.reset();
-    take(master_.on_prepared(job, bad_input("the scene is damaged"), now_s_));
-    EXPECT_EQ(state(job), JobState::paused);
-    ASSERT_TRUE(find<StoreRecord>());
-    EXPECT_FALSE(find<StoreRecord>()->record.over()) << "what it has would be removed";
-    EXPECT_NE(why(job).find("can't go on: the scene is damaged; `lumenfarm resume 1` tries again"), std::string::npos)
-        << why(job);
-    control(job, JobAction::resume);
-    EXPECT_EQ(why(job), "the master reads the scene of job 1");
-    prepare(half_done());
-    EXPECT_EQ(state(job), JobState::running);
-
-    // one that has done nothing has nothing to lose
-    JobSpec spec = records_job();
-    spec.seed = 2;
-    take(master_.on_message(
-        embedding_session,
-        wire::Submit(7, spec, wire::FileManifest(scene_digest(bytes_), bytes_.size(), chunk_digests(bytes_))), 1,
-        now_s_));
-    take(master_.on_admitted(*find<Admit>(), std::vector<std::uint32_t>{}, now_s_));
-    const JobId fresh = sent<wire::SubmitReply>(embedding_session)->job;
-    prepare_.reset();
-    take(master_.on_prepared(fresh, bad_input("the scene is damaged"), now_s_));
-    EXPECT_EQ(state(fresh), JobState::failed);
-}
-
-TEST_F(ControlTest, WorkerThatHoldsResultsOfAJobThatWaitsIsToldThatTheyAreNobodys) {
-    const JobId job = submit(records_job(), 1);
-    join(ann, 11);
-    const auto lease = pull(ann, 1).at(0);
-    take(master_.on_disconnect(ann, now_s_));
-    control(job, JobAction::extend, 20'000);
-    now_s_ += limits::finish_seconds + 1;
-    take(master_.tick(now_s_));
-    ASSERT_TRUE(find<PutAside>());
-    join(ann, 11, {{job, lease.lease, 0}});
-    EXPECT_TRUE(sent<wire::JobGone>(ann)) << "they would be stale when it goes on";
-
-    // a restored job is waited for, until it is paused
-    JobRecord record = *master_.record(job);
-    record.paused = false;
-    master_ = MasterCore(policy());
-    master_.restore(record);
-    prepare_.reset();
-    join(bob, 12, {{job, lease.lease, 0}});
-    EXPECT_FALSE(sent<wire::JobGone>(bob));
-}
-
-TEST_F(ControlTest, TimeBetweenTwoRunsOfAJobIsNotItsOwn) {
-    const JobId job = submit(records_job(), 1);
-    join(ann, 11);
-    const auto leases = pull(ann, 20);
-    now_s_ += 10;
-    for (const auto& lease : leases) deliver(ann, trace(lease, ++results_));
-    EXPECT_EQ(solution_->effort.elapsed_s, 10);
-    store_solution();
-    now_s_ += 86'400;
-    control(job, JobAction::extend, 20'000);
-    take(master_.on_record_stored(*find<StoreRecord>(), {}, now_s_));
-    RecoveredJob recovered;
-    recovered.effort = {10, 1};
-    prepare(std::move(recovered));
-    pull(ann, 1);
-    now_s_ += 5;
-    EXPECT_EQ(master_.status(job, now_s_)->elapsed_seconds, 15);
 }
 
 TEST_F(ControlTest, WhySaysWhatARunningJobWaitsFor) {
