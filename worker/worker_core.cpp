@@ -62,7 +62,8 @@ Effects WorkerCore::on_message(wire::Message message, double now_s) {
                 fetch_ ? take_requests(fetch_->on_chunk(m)) : ignore(m);
             } else if constexpr (std::is_same_v<M, wire::Refusal>) {
                 // of an earlier fetch there may come as many as it had asked for chunks
-                fetch_&& m.file == fetch_->scene() ? fail_fetch(m.sentence) : ignore(m);
+                const bool current = fetch_.has_value() && m.file == fetch_->scene();
+                current ? fail_fetch(m.sentence) : ignore(m);
             } else if constexpr (!std::is_same_v<M, wire::Heartbeat> && !std::is_same_v<M, wire::HeartbeatReply>) {
                 ignore(m);
             }
