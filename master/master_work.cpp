@@ -287,9 +287,10 @@ bool MasterCore::nobody_can_trace(const Job& job) const {
 }
 
 Ledger::Hands MasterCore::hands_of(const Session& session) const {
-    const bool empty = !audits_.busy(session.machine()) && std::none_of(jobs_.begin(), jobs_.end(), [&](const auto& e) {
-        return e.second.active && e.second.active->ledger().has_lease(session.instance());
+    const bool has_lease = std::any_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
+        return entry.second.active && entry.second.active->ledger().has_lease(session.instance());
     });
+    const bool empty = !has_lease && !audits_.busy(session.machine());
     return empty ? Ledger::Hands::empty : Ledger::Hands::full;
 }
 

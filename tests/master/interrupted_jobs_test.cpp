@@ -97,14 +97,16 @@ TEST_F(ControlTest, WorkerThatHoldsResultsOfAJobThatWaitsIsToldThatTheyAreNobody
     join(ann, 11, {{job, lease.lease, 0}});
     EXPECT_TRUE(sent<wire::JobGone>(ann)) << "they would be stale when it goes on";
 
-    // a restored job is waited for, until it is paused
+    // in the next life the job is waited for, until it is paused
     JobRecord record = *master_.record(job);
-    record.paused = false;
+    record.status.job = 50;
     master_ = MasterCore(policy());
+    for (std::uint64_t key = 2; key <= limits::active_jobs_max + 1; ++key) submit(records_job(), key);
     master_.restore(record);
-    prepare_.reset();
-    join(bob, 12, {{job, lease.lease, 0}});
+    join(bob, 12, {{50, lease.lease, 0}});
     EXPECT_FALSE(sent<wire::JobGone>(bob));
+    control(50, JobAction::pause);
+    EXPECT_TRUE(sent<wire::JobGone>(bob));
 }
 
 TEST_F(ControlTest, TimeBetweenTwoRunsOfAJobIsNotItsOwn) {

@@ -11,7 +11,7 @@ namespace {
 
 class SuspectSets : public MasterTest {
 protected:
-    /// Two workers were lost with the only set of job 1 that is left, and a third is there.
+    /// Two workers were lost with a set of job 1, and a third is there.
     void lose_twice() {
         JobSpec spec = records_job();
         spec.particles = 2'000;
@@ -23,10 +23,12 @@ protected:
             take(master_.on_disconnect(ann, now_s_));
             now_s_ += limits::reconnect_seconds + 5;
             take(master_.tick(now_s_));
-            now_s_ += 5;
             join(ann, next);
+            if (next == 12) wait_until_it_is_ready();
         }
     }
+    /// To be given out again.
+    void wait_until_it_is_ready() { now_s_ += 5; }
     void submit_long_job(std::int32_t priority) {
         JobSpec spec = records_job();
         spec.particles = 4'000'000;
@@ -38,6 +40,7 @@ protected:
 
 TEST_F(SuspectSets, OnlyWorkerTriesItBeforeAnotherJobOfThatPriority) {
     lose_twice();
+    wait_until_it_is_ready();
     submit_long_job(0);
     auto held = pull(ann, 2);
     while (!held.empty() && held.front().job == 2) {
@@ -50,8 +53,31 @@ TEST_F(SuspectSets, OnlyWorkerTriesItBeforeAnotherJobOfThatPriority) {
     EXPECT_EQ(held.front().job, 1u);
 }
 
+TEST_F(SuspectSets, GoBeforeAuditsToWhoHasEmptyHands) {
+    MasterPolicy audits = policy();
+    audits.audit_fraction = 1;
+    master_ = MasterCore(audits);
+    lose_twice();
+    join(bob, 20);
+    const auto other = pull(bob, 1);
+    ASSERT_EQ(other.size(), 1u);
+    pull(bob, 0);
+    wait_until_it_is_ready();
+    deliver(bob, trace(other.front(), ++results_));
+    const auto suspect = pull(ann, 1);
+    ASSERT_EQ(suspect.size(), 1u);
+    EXPECT_EQ(suspect.front().audit, 0u);
+    EXPECT_TRUE(pull(ann, 4).empty()) << "not even audits come beside it";
+    pull(ann, 0);
+    deliver(ann, trace(suspect.front(), ++results_));
+    const auto audit = pull(ann, 1);
+    ASSERT_EQ(audit.size(), 1u);
+    EXPECT_NE(audit.front().audit, 0u);
+}
+
 TEST_F(SuspectSets, NobodyIsKeptFreeWhileAMoreUrgentJobHasSets) {
     lose_twice();
+    wait_until_it_is_ready();
     submit_long_job(5);
     for (int i = 0; i < 5; ++i) {
         EXPECT_EQ(pull(ann, 2).size(), 2u) << i;
@@ -61,6 +87,7 @@ TEST_F(SuspectSets, NobodyIsKeptFreeWhileAMoreUrgentJobHasSets) {
 
 TEST_F(SuspectSets, AreTriedThoughOtherJobsKeepEverybodyBusy) {
     lose_twice();
+    wait_until_it_is_ready();
     submit_long_job(-1);
     join(bob, 20);
     // both have a backlog that is filled again at once, until one of them is to have its hands free
