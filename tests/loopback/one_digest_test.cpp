@@ -30,7 +30,9 @@ std::string describe(const EmbeddedFarm::Options& farm, const Way& way) {
 }
 
 bool runs(const std::string& isa) {
-    return isa == "avx2" ? __builtin_cpu_supports("avx2") : __builtin_cpu_supports("sse4.2");
+    return isa == "avx512" ? __builtin_cpu_supports("avx512vl")
+           : isa == "avx2" ? __builtin_cpu_supports("avx2")
+                           : __builtin_cpu_supports("sse4.2");
 }
 
 class OneDigest : public ::testing::TestWithParam<Absorption> {
@@ -76,7 +78,7 @@ protected:
 };
 
 TEST_P(OneDigest, WhateverTheWorkersThreadsSetsPackingAndInstructions) {
-    for (const std::string isa : {"sse4.2", "avx2"})
+    for (const std::string isa : {"sse4.2", "avx2", "avx512"})
         for (const std::uint32_t workers : {1u, 2u, 3u})
             for (const std::uint32_t threads : {1u, 2u})
                 if (runs(isa)) run({workers, threads, isa});
