@@ -22,7 +22,11 @@
 namespace lumenfarm::testing {
 
 using Clock = std::chrono::steady_clock;
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+inline constexpr std::chrono::seconds watchdog{600};  // a picture takes minutes
+#else
 inline constexpr std::chrono::seconds watchdog{90};
+#endif
 
 inline std::string program(const std::string& name) { return std::string(LUMENFARM_BINARY_DIR) + "/bin/" + name; }
 
