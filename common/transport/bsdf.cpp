@@ -16,6 +16,12 @@ std::uint32_t wrapped(std::int64_t index, std::int64_t size, Wrap wrap) {
 
 }  // namespace
 
+std::vector<const Material*> materials_by_surface(const Scene& scene) {
+    std::vector<const Material*> materials;
+    for (const Surface& surface : scene.surfaces) materials.push_back(&scene.materials[surface.material]);
+    return materials;
+}
+
 double MaterialTable::texture_albedo(std::uint32_t index, std::uint32_t bin, Vec2f uv) const {
     const Texture& texture = scene_->textures[index];
     const double x = static_cast<double>(uv.x) * texture.width - 0.5;

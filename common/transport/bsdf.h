@@ -37,6 +37,9 @@ private:
     const Scene* scene_;
 };
 
+/// The material of each surface.
+std::vector<const Material*> materials_by_surface(const Scene& scene);
+
 /// What a particle meets: `normal` is the geometric one, on the side of incidence; cos_incident = -direction . normal.
 struct Incidence {
     Vec3d direction;

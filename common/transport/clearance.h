@@ -25,14 +25,15 @@ struct ClearanceRules {
 
 class ClearanceMap {
 public:
+    ClearanceMap() = default;  ///< clear nowhere
     /// Conservative: what is called clear is clear, other points may be. Slivers, tiny triangles and
     /// those among very many neighbours are clear nowhere.
     /// REQUIRES: validate(scene) succeeds.
     static ClearanceMap make(const Scene& scene, const ClearanceRules& rules);
 
     const std::vector<Clearance>& triangles() const { return triangles_; }
-    /// By light: no triangle is near its position. False for surface lights.
-    const std::vector<bool>& lights() const { return lights_; }
+    /// No triangle is near the light's position. False for surface lights.
+    bool is_clear_at_light(std::uint32_t light) const { return light < lights_.size() && lights_[light]; }
 
     /// REQUIRES: finite weights; `clearance` is one of triangles().
     template <class T>

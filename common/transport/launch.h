@@ -25,9 +25,10 @@ struct LaunchLanes {
 
 class Launcher {
 public:
+    /// `triangles`: of a surface light, its own. `clearance`: of the scene, or one that is clear nowhere.
     /// REQUIRES: the arguments outlive this.
-    Launcher(const Scene& scene, const Emission& emission, const RayQuery& query, std::uint64_t seed,
-             std::uint32_t light);
+    Launcher(const Scene& scene, const Emission& emission, const SceneExtent& extent, const TriangleRecord* triangles,
+             const ClearanceMap& clearance, std::uint64_t seed, std::uint32_t light);
     /// Particles `first`, `first` + 1 ... REQUIRES: `first` is a multiple of lane_count.
     void launch(std::uint32_t first, LaunchLanes& launched) const;
 
@@ -43,7 +44,7 @@ private:
     const Scene* scene_;
     const Light* light_;
     const LightEmission* emission_;
-    const TriangleRecord* triangles_;
+    const TriangleRecord* triangles_;  ///< of the light
     const ClearanceMap* clearance_;
     SceneExtent extent_;
     bool clear_light_;
@@ -75,14 +76,15 @@ inline void Launcher::leave_surface(const SobolBlock& points, RayLanes& rays) co
     const Surface& surface = scene_->surfaces[light_->surface];
     const auto& cumulative = emission_->triangle_cumulative;
     TriangleLanes triangles;
+    Lanes<std::uint32_t> chosen;
     Lanes<double> below, share;
     for (std::size_t k = 0; k < lane_count; ++k) {
-        const std::uint32_t t = triangle_below(uniform(points[area_u][k]));
+        const std::uint32_t t = chosen[k] = triangle_below(uniform(points[area_u][k]));
         below[k] = cumulative[t];
         share[k] = cumulative[t + 1] - cumulative[t];
         rays.from_triangle[k] = surface.first_triangle + t;
     }
-    triangles.gather(triangles_, rays.from_triangle);
+    triangles.gather(triangles_, chosen);
     const double back_share = scene_->materials[surface.material].double_sided ? 0.5 : 0;
     Lanes<double> b1, b2;
     for (std::size_t k = 0; k < lane_count; ++k) {
@@ -101,7 +103,7 @@ inline void Launcher::leave_surface(const SobolBlock& points, RayLanes& rays) co
         rays.clear_start[k] = dot(direction, normal) >= RayQuery::steep_cosine;
     }
     for (std::size_t k = 0; k < lane_count; ++k)
-        rays.clear_start[k] &= clearance_->is_clear(triangles_[rays.from_triangle[k]].clearance, b1[k], b2[k]);
+        rays.clear_start[k] &= clearance_->is_clear(triangles_[chosen[k]].clearance, b1[k], b2[k]);
 }
 
 inline void Launcher::leave_point(const SobolBlock& points, RayLanes& rays) const {

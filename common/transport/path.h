@@ -3,6 +3,7 @@
 #include "common/math/philox.h"
 #include "common/scene/job_spec.h"
 #include "common/transport/bsdf.h"
+#include "common/transport/flight.h"
 #include "common/transport/launch.h"
 #include "common/transport/meeting_points.h"
 #include "common/transport/ray_query.h"
@@ -26,6 +27,31 @@ struct Flights {
     Lanes<std::uint32_t> start_energy{};  ///< ticks at the light
 
     Flights() { rays.direction.z.fill(1); }  // lanes that never fly are computed, too
+
+    /// As a ray that has begun somewhere else; from_triangle is this tracer's.
+    void set(std::size_t lane, const Flight& flight) {
+        rays.origin.set(lane, flight.origin);
+        rays.direction.set(lane, flight.direction);
+        rays.from_triangle[lane] = flight.from_triangle;
+        rays.clear_start[lane] = false;
+        particle[lane] = flight.particle;
+        bounce[lane] = flight.bounce;
+        wavelength[lane] = flight.wavelength;
+        energy[lane] = flight.energy;
+        start_energy[lane] = flight.start_energy;
+    }
+    /// At the start of its ray; from_triangle is this tracer's.
+    Flight at(std::size_t lane) const {
+        return {rays.origin.at(lane),
+                rays.direction.at(lane),
+                0,
+                rays.from_triangle[lane],
+                particle[lane],
+                bounce[lane],
+                wavelength[lane],
+                energy[lane],
+                start_energy[lane]};
+    }
 
     void move(std::size_t to, std::size_t from) {
         rays.origin.set(to, rays.origin.at(from));
@@ -90,9 +116,7 @@ private:
 inline void PathRules::start(Flights& flights, std::size_t lane, std::uint32_t particle, const LaunchLanes& launched,
                              std::size_t launched_lane, EnergyBalance& balance) const {
     const std::uint32_t energy = launched.energy[launched_lane];
-    ++balance.particles;
-    balance.emitted += energy;
-    balance.emitted_by_batch[batch_of(particle)] += energy;
+    book_emission(balance, particle, energy);
     flights.rays.origin.set(lane, launched.rays.origin.at(launched_lane));
     flights.rays.direction.set(lane, launched.rays.direction.at(launched_lane));
     flights.rays.from_triangle[lane] = launched.rays.from_triangle[launched_lane];

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace lumenfarm {
 namespace {
@@ -23,6 +24,7 @@ constexpr double edge_band = 0x1p-17;       ///< what counts as near an edge
 constexpr double clear_distance = 0x1p-19;  ///< Embree ignores what a ray with a clear start meets before
 constexpr double careful_window = 0x1p-8;   ///< around a meeting, along the ray, in which all others are compared
 constexpr double origin_window = 1e-12;     ///< meetings closer than this are the origin itself
+constexpr double endless = std::numeric_limits<double>::infinity();
 static_assert(edge_band >= near_reach);
 
 struct DeviceRelease {
@@ -80,10 +82,17 @@ private:
 
 class EmbreeQuery final : public RayQuery {
 public:
-    static Result<std::unique_ptr<RayQuery>> make(const Scene& scene, const std::string& isa);
+    static Result<std::unique_ptr<RayQuery>> make(const Scene& scene, const SceneExtent& extent,
+                                                  const std::string& isa);
 
-    std::uint32_t nearest(const Ray& ray) const override;
-    void nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const override;
+    std::uint32_t nearest(const Ray& ray) const override { return nearest(ray, 0, endless); }
+    void nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const override {
+        find(rays, Anywhere{}, count, meetings);
+    }
+    void nearest(const RayLanes& rays, const WindowLanes& windows, std::size_t count,
+                 MeetingLanes& meetings) const override {
+        find(rays, windows, count, meetings);
+    }
     SceneExtent extent() const override { return extent_; }
     const ClearanceMap& clearance() const override { return clearance_; }
     const std::vector<TriangleRecord>& triangles() const override { return records_; }
@@ -97,10 +106,16 @@ private:
     /// Compares a candidate in double; true when it is the nearest so far.
     bool improve(CarefulContext& context, std::uint32_t triangle) const;
 
+    /// For rays that are asked all along: what WindowLanes is for the others.
+    struct Anywhere {};
+    template <class Windows>
+    void find(const RayLanes& rays, const Windows& windows, std::size_t count, MeetingLanes& meetings) const;
+    std::uint32_t nearest(const Ray& ray, double enters, double leaves) const;
     void fill_packet(const RayLanes& rays, std::size_t first, RTCRayHit8& packet) const;
+    void fill_windows(const WindowLanes& windows, std::size_t first, RTCRayHit8& packet) const;
     /// Embree's answer for a ray with a clear start needs no second look.
     bool is_certain(const RTCRayHit8& packet, std::size_t k, std::uint32_t triangle, std::uint32_t from) const;
-    void ask_again(const Ray& ray, std::size_t lane, MeetingLanes& meetings) const;
+    void ask_again(const Ray& ray, double enters, double leaves, std::size_t lane, MeetingLanes& meetings) const;
 
     void fill_records(const Scene& scene);
     void add_surface(const Scene& scene, std::uint32_t surface);
@@ -116,9 +131,6 @@ private:
 };
 
 void EmbreeQuery::fill_records(const Scene& scene) {
-    const Box box = bounding_box(scene);
-    extent_.centre = (box.low + box.high) * 0.5;
-    extent_.half_m = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z}) / 2;
     clearance_ = ClearanceMap::make(
         scene, {near_reach * extent_.half_m, edge_band * extent_.half_m, enlargement * extent_.half_m});
     records_.reserve(scene.triangles.size());
@@ -128,10 +140,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
         const Surface& surface = scene.surfaces[s];
         for (std::uint32_t t = surface.first_triangle; t < surface.first_triangle + surface.triangle_count; ++t) {
             TriangleRecord& record = records_[t];
-            for (std::size_t k = 0; k < 3; ++k) record.corners[k] = scene.positions[scene.triangles[t][k]];
-            record.surface = s;
+            record = triangle_record(scene, t, s);
             const auto corner = [&](std::size_t k) { return record.corners[k].as<double>(); };
-            record.per_double_area_m2 = 1 / length(double_area_normal(corner(0), corner(1), corner(2)));
             record.clearance = clearance_.triangles()[t];
             record.embree_first = static_cast<std::uint32_t>(blunt_corner({corner(0), corner(1), corner(2)}));
         }
@@ -141,6 +151,8 @@ void EmbreeQuery::fill_records(const Scene& scene) {
 void EmbreeQuery::add_surface(const Scene& scene, std::uint32_t s) {
     const Surface& surface = scene.surfaces[s];
     const std::size_t count = surface.triangle_count;
+    first_triangle_.push_back(surface.first_triangle);
+    if (count == 0) return;
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<Vec3f*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), 3 * count));
@@ -162,7 +174,6 @@ void EmbreeQuery::add_surface(const Scene& scene, std::uint32_t s) {
         rtcAttachGeometryByID(scene_.get(), geometry, s);
     }
     rtcReleaseGeometry(geometry);
-    first_triangle_.push_back(surface.first_triangle);
 }
 
 Result<void> EmbreeQuery::open(const std::string& isa) {
@@ -179,8 +190,10 @@ Result<void> EmbreeQuery::open(const std::string& isa) {
     return {};
 }
 
-Result<std::unique_ptr<RayQuery>> EmbreeQuery::make(const Scene& scene, const std::string& isa) {
+Result<std::unique_ptr<RayQuery>> EmbreeQuery::make(const Scene& scene, const SceneExtent& extent,
+                                                    const std::string& isa) {
     auto query = std::make_unique<EmbreeQuery>();
+    query->extent_ = extent;
     if (auto opened = query->open(isa); !opened) return opened.error();
     query->fill_records(scene);
     query->scene_.reset(rtcNewScene(query->device_.get()));
@@ -219,20 +232,30 @@ void EmbreeQuery::filter(const RTCFilterFunctionNArguments* arguments) {
     ray.tfar = static_cast<float>(context.distance + 2 * careful_window * query.extent_.half_m);
 }
 
-std::uint32_t EmbreeQuery::nearest(const Ray& ray) const {
+std::uint32_t EmbreeQuery::nearest(const Ray& ray, double enters, double leaves) const {
     const Ray near{extent_.approached(ray.origin, ray.direction), ray.direction, ray.from_triangle};
     CarefulContext context;
     rtcInitIntersectContext(&context.embree);
     context.embree.filter = filter;
     context.query = this;
     context.ray = &near;
-    const Vec3f origin = (near.origin - extent_.centre - ray.direction * (careful_window * extent_.half_m)).as<float>();
+    // Embree's ray starts a window behind the origin, so that all along it has a window before and behind
+    const double window = careful_window * extent_.half_m;
+    const Vec3f origin = (near.origin - extent_.centre - ray.direction * window).as<float>();
     const Vec3f direction = ray.direction.as<float>();
     RTCRayHit hit;
-    hit.ray = {origin.x,    origin.y,    origin.z,
-               0,           direction.x, direction.y,
-               direction.z, 0,           std::numeric_limits<float>::infinity(),
-               ~0u,         0,           0};
+    hit.ray = {origin.x,
+               origin.y,
+               origin.z,
+               static_cast<float>(enters),
+               direction.x,
+               direction.y,
+               direction.z,
+               0,
+               static_cast<float>(leaves + 2 * window),
+               ~0u,
+               0,
+               0};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene_.get(), &context.embree, &hit);
@@ -274,8 +297,9 @@ bool EmbreeQuery::is_certain(const RTCRayHit8& packet, std::size_t k, std::uint3
            clearance_.is_clear(record.clearance, b1, b2);
 }
 
-void EmbreeQuery::ask_again(const Ray& ray, std::size_t lane, MeetingLanes& meetings) const {
-    const std::uint32_t triangle = nearest(ray);
+void EmbreeQuery::ask_again(const Ray& ray, double enters, double leaves, std::size_t lane,
+                            MeetingLanes& meetings) const {
+    const std::uint32_t triangle = nearest(ray, enters, leaves);
     meetings.triangle[lane] = triangle;
     meetings.clear[lane] = false;
     if (triangle == none) return;
@@ -283,16 +307,32 @@ void EmbreeQuery::ask_again(const Ray& ray, std::size_t lane, MeetingLanes& meet
     meetings.clear[lane] = clearance_.is_clear(records_[triangle].clearance, meeting.b1, meeting.b2);
 }
 
-void EmbreeQuery::nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const {
+void EmbreeQuery::fill_windows(const WindowLanes& windows, std::size_t first, RTCRayHit8& packet) const {
+    const double window = careful_window * extent_.half_m;
+    for (std::size_t k = 0; k < packet_lanes; ++k) {
+        packet.ray.tnear[k] = std::max(packet.ray.tnear[k], static_cast<float>(windows.enters[first + k] - window));
+        packet.ray.tfar[k] = static_cast<float>(windows.leaves[first + k] + window);
+    }
+}
+
+template <class Windows>
+void EmbreeQuery::find(const RayLanes& rays, const Windows& windows, std::size_t count, MeetingLanes& meetings) const {
+    constexpr bool windowed = std::is_same_v<Windows, WindowLanes>;
+    const auto starts_clear = [&](std::size_t lane) {
+        if constexpr (windowed)
+            if (windows.enters[lane] > 2 * careful_window * extent_.half_m)
+                return true;  // what is at the start is behind
+        return rays.clear_start[lane] != 0;
+    };
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     std::array<RTCRayHit8, lane_count / packet_lanes> packets;
     for (std::size_t first = 0; first < count; first += packet_lanes) {
         RTCRayHit8& packet = packets[first / packet_lanes];
         fill_packet(rays, first, packet);
+        if constexpr (windowed) fill_windows(windows, first, packet);
         alignas(32) std::array<int, packet_lanes> valid;
-        for (std::size_t k = 0; k < packet_lanes; ++k)
-            valid[k] = first + k < count && rays.clear_start[first + k] != 0 ? -1 : 0;
+        for (std::size_t k = 0; k < packet_lanes; ++k) valid[k] = first + k < count && starts_clear(first + k) ? -1 : 0;
         rtcIntersect8(valid.data(), scene_.get(), &context, &packet);
         for (std::size_t k = 0; k < packet_lanes; ++k) {
             const std::uint32_t surface = packet.hit.geomID[k];
@@ -302,14 +342,19 @@ void EmbreeQuery::nearest(const RayLanes& rays, std::size_t count, MeetingLanes&
         }
     }
     for (std::size_t lane = 0; lane < count; ++lane) {
-        const std::uint32_t triangle = meetings.triangle[lane];
-        const bool clear_start = rays.clear_start[lane] != 0;
+        std::uint32_t& triangle = meetings.triangle[lane];
         meetings.clear[lane] = true;
-        if (clear_start && triangle == none) continue;
-        if (clear_start &&
-            is_certain(packets[lane / packet_lanes], lane % packet_lanes, triangle, rays.from_triangle[lane]))
-            continue;
-        ask_again(rays.at(lane), lane, meetings);
+        const bool certain =
+            starts_clear(lane) && (triangle == none || is_certain(packets[lane / packet_lanes], lane % packet_lanes,
+                                                                  triangle, rays.from_triangle[lane]));
+        if constexpr (windowed) {
+            if (!certain) ask_again(rays.at(lane), windows.enters[lane], windows.leaves[lane], lane, meetings);
+            if (triangle != none && meeting_distance(records_[triangle], rays.origin.at(lane),
+                                                     rays.direction.at(lane)) >= windows.leaves[lane])
+                triangle = none;
+        } else {
+            if (!certain) ask_again(rays.at(lane), 0, endless, lane, meetings);
+        }
     }
 }
 
@@ -333,8 +378,15 @@ std::unique_ptr<RayQuery::BareScene> EmbreeQuery::bare_scene(const Scene& scene)
 
 }  // namespace
 
-Result<std::unique_ptr<RayQuery>> RayQuery::make(const Scene& scene, const std::string& isa) {
-    return EmbreeQuery::make(scene, isa);
+SceneExtent scene_extent(const Scene& scene) {
+    const Box box = bounding_box(scene);
+    return {(box.low + box.high) * 0.5,
+            std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z}) / 2};
+}
+
+Result<std::unique_ptr<RayQuery>> RayQuery::make(const Scene& scene, const SceneExtent& extent,
+                                                 const std::string& isa) {
+    return EmbreeQuery::make(scene, extent, isa);
 }
 
 }  // namespace lumenfarm

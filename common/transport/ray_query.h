@@ -38,6 +38,12 @@ struct MeetingLanes {
     Lanes<std::uint32_t> clear{};     ///< not 0: no other triangle is near the meeting (Clearance)
 };
 
+/// Where along each ray a meeting counts: at distances in [enters, leaves). REQUIRES: enters >= 0, and nothing is met
+/// before it.
+struct WindowLanes {
+    Lanes<double> enters{}, leaves{};
+};
+
 /// The cube about the scene in which rays are asked for.
 struct SceneExtent {
     Vec3d centre;
@@ -51,18 +57,25 @@ struct SceneExtent {
     }
 };
 
+SceneExtent scene_extent(const Scene& scene);
+
 class RayQuery {
 public:
     static constexpr double steep_cosine = 1.0 / 16;
 
-    /// Errors: failed (Embree's sentence). `isa` as in TracerScene::make.
-    static Result<std::unique_ptr<RayQuery>> make(const Scene& scene, const std::string& isa);
+    /// `extent`: of the whole scene, of which `scene` may be a part. Errors: failed (Embree's sentence). `isa` as in
+    /// TracerScene::make.
+    static Result<std::unique_ptr<RayQuery>> make(const Scene& scene, const SceneExtent& extent,
+                                                  const std::string& isa);
     virtual ~RayQuery() = default;
 
     /// The triangle that the ray meets, or none.
     virtual std::uint32_t nearest(const Ray& ray) const = 0;
     /// The same for the first `count` lanes. REQUIRES: origins are approached().
     virtual void nearest(const RayLanes& rays, std::size_t count, MeetingLanes& meetings) const = 0;
+    /// The same, but what a ray meets outside its window is not met.
+    virtual void nearest(const RayLanes& rays, const WindowLanes& windows, std::size_t count,
+                         MeetingLanes& meetings) const = 0;
     virtual SceneExtent extent() const = 0;
     virtual const ClearanceMap& clearance() const = 0;
     virtual const std::vector<TriangleRecord>& triangles() const = 0;

@@ -2,22 +2,13 @@
 
 #include "common/support/ensure.h"
 #include "common/transport/bsdf.h"
-#include "common/transport/launch.h"
-#include "common/transport/path.h"
-#include "common/transport/ray_log.h"
-#include "common/transport/ray_query.h"
+#include "common/transport/follow.h"
 #include "common/transport/wide_registers.h"
 
 #include <vector>
 
 namespace lumenfarm {
 namespace {
-
-std::vector<const Material*> materials_by_surface(const Scene& scene) {
-    std::vector<const Material*> materials;
-    for (const Surface& surface : scene.surfaces) materials.push_back(&scene.materials[surface.material]);
-    return materials;
-}
 
 class Tracer final : public TracerScene {
 public:
@@ -48,60 +39,19 @@ private:
     std::vector<const Material*> surface_materials_;
 };
 
-/// The particles of a range in turn, made ready lanes at a time.
-class Queue {
-public:
-    Queue(const Launcher& launcher, const PathRules& rules, const ParticleRange& range)
-        : launcher_(launcher), rules_(rules), next_(range.first), end_(range.first + range.count) {}
-
-    bool is_empty() const { return next_ == end_; }
-    /// REQUIRES: !is_empty().
-    void start_next(Flights& flights, std::size_t lane, EnergyBalance& balance) {
-        const std::size_t in_block = next_ % lane_count;
-        const std::uint64_t block = next_ - in_block;
-        if (block != block_) launcher_.launch(static_cast<std::uint32_t>(block_ = block), launched_);
-        rules_.start(flights, lane, static_cast<std::uint32_t>(next_++), launched_, in_block, balance);
-    }
-
-private:
-    const Launcher& launcher_;
-    const PathRules& rules_;
-    std::uint64_t next_;
-    std::uint64_t end_;
-    LaunchLanes launched_;
-    std::uint64_t block_ = ~std::uint64_t{0};  ///< the first particle of launched_
-};
-
 inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {
     ensure(range.light < scene_->lights.size() && range.first + range.count <= limits::particles_max,
            "range is within the light");
-    const Launcher launcher(*scene_, emission_, *query_, spec.seed, range.light);
+    const Light& light = scene_->lights[range.light];
+    const TriangleRecord* triangles =
+        query_->triangles().data() +
+        (light.kind == LightKind::surface ? scene_->surfaces[light.surface].first_triangle : 0);
+    const Launcher launcher(*scene_, emission_, query_->extent(), triangles, query_->clearance(), spec.seed,
+                            range.light);
     const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, range.light);
     Queue queue(launcher, rules, range);
-    Flights flights;
-    Step step;
-    std::size_t active = 0;
-    while (active < lane_count && !queue.is_empty()) queue.start_next(flights, active++, hits.balance);
-    while (active > 0) {
-        if (log)
-            for (std::size_t k = 0; k < active; ++k)
-                log->push_back({flights.rays.at(k), flights.wavelength[k], flights.energy[k], hits.balance.absorbed,
-                                hits.balance.cut_off});
-        query_->nearest(flights.rays, active, step.meetings);
-        rules.prepare(flights, step);
-        std::size_t kept = 0;
-        for (std::size_t k = 0; k < active; ++k) {
-            if (rules.advance(flights, k, step, hits)) {
-                if (kept != k) flights.move(kept, k);
-            } else if (!queue.is_empty()) {
-                queue.start_next(flights, kept, hits.balance);
-            } else {
-                continue;
-            }
-            ++kept;
-        }
-        active = kept;
-    }
+    WholeScene everywhere;
+    follow(*query_, rules, queue, everywhere, hits, log);
 }
 
 [[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void Tracer::trace_avx2(const JobSpec& spec, const ParticleRange& range,
@@ -154,7 +104,7 @@ void TracedHits::clear() {
 Result<std::unique_ptr<TracerScene>> TracerScene::make(const Scene& scene, const std::string& isa) {
     auto emission = make_emission(scene);
     if (!emission) return emission.error();
-    auto query = RayQuery::make(scene, isa);
+    auto query = RayQuery::make(scene, scene_extent(scene), isa);
     if (!query) return query.error();
     return std::unique_ptr<TracerScene>(
         std::make_unique<Tracer>(scene, std::move(emission.value()), std::move(query.value())));

@@ -41,6 +41,12 @@ struct EnergyBalance {
     bool operator==(const EnergyBalance&) const = default;
 };
 
+inline void book_emission(EnergyBalance& balance, std::uint32_t particle, std::uint32_t energy) {
+    ++balance.particles;
+    balance.emitted += energy;
+    balance.emitted_by_batch[batch_of(particle)] += energy;
+}
+
 /// The hits of a range. Their order carries no meaning (but is the same on every machine).
 struct TracedHits {
     std::vector<HitRecord> records;

@@ -3,6 +3,7 @@
 #include "common/math/vec.h"
 #include "common/transport/clearance.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -21,6 +22,16 @@ static_assert(sizeof(TriangleRecord) == 64);
 
 /// From the corners, along the front's normal, as long as twice the area.
 inline Vec3d double_area_normal(Vec3d a, Vec3d b, Vec3d c) { return cross(b - a, c - a); }
+/// Clear nowhere, and as Embree's first its own first corner.
+inline TriangleRecord triangle_record(const Scene& scene, std::uint32_t triangle, std::uint32_t surface) {
+    TriangleRecord record;
+    for (std::size_t k = 0; k < 3; ++k) record.corners[k] = scene.positions[scene.triangles[triangle][k]];
+    record.surface = surface;
+    const auto corner = [&](std::size_t k) { return record.corners[k].as<double>(); };
+    record.per_double_area_m2 = 1 / length(double_area_normal(corner(0), corner(1), corner(2)));
+    return record;
+}
+
 /// Of the front, unit.
 inline Vec3d unit_normal(const TriangleRecord& triangle) {
     return double_area_normal(triangle.corners[0].as<double>(), triangle.corners[1].as<double>(),
@@ -46,6 +57,19 @@ inline EdgeVolumes edge_volumes(Vec3d a, Vec3d b, Vec3d c, Vec3d direction) {
     return {dot(direction, cross(b, c)), dot(direction, cross(c, a)), dot(direction, cross(a, b))};
 }
 
+/// Where along the ray its line meets the triangle's plane, in units of the direction's length: never before the first
+/// of the triangle's corners nor behind the last, however flat the ray meets it. REQUIRES: the line meets the triangle,
+/// not along its plane.
+inline double meeting_distance(const TriangleRecord& triangle, Vec3d origin, Vec3d direction) {
+    const auto corner = [&](std::size_t k) { return triangle.corners[k].as<double>() - origin; };
+    const Vec3d normal = unit_normal(triangle);
+    const double distance = dot(normal, corner(0)) / dot(normal, direction);
+    const double unit = 1 / dot(direction, direction);
+    const std::array<double, 3> along{dot(corner(0), direction) * unit, dot(corner(1), direction) * unit,
+                                      dot(corner(2), direction) * unit};
+    return std::clamp(distance, std::min({along[0], along[1], along[2]}), std::max({along[0], along[1], along[2]}));
+}
+
 /// The meeting of the line with the triangle. `meets` is false where the line passes outside or along the plane.
 inline TriangleMeeting meet_triangle(const TriangleRecord& triangle, Vec3d origin, Vec3d direction) {
     const Vec3d a = triangle.corners[0].as<double>() - origin;
@@ -53,11 +77,9 @@ inline TriangleMeeting meet_triangle(const TriangleRecord& triangle, Vec3d origi
                                        triangle.corners[2].as<double>() - origin, direction);
     const double volume = e.e0 + e.e1 + e.e2;
     if (!e.inside() || volume == 0) return {};
-    const Vec3d normal = unit_normal(triangle);
-    const double approach = dot(normal, direction);
-    if (approach == 0) return {};
+    if (dot(unit_normal(triangle), direction) == 0) return {};
     const double scale = 1 / volume;
-    return {dot(normal, a) / approach, e.e1 * scale, e.e2 * scale, true};
+    return {meeting_distance(triangle, origin, direction), e.e1 * scale, e.e2 * scale, true};
 }
 
 /// The point with these barycentric weights: it lies on the triangle, however far the ray came.

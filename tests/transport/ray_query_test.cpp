@@ -29,7 +29,7 @@ Vec3d random_direction(std::uint32_t i) {
 
 void expect_brute_force_answers(const Scene& scene, std::uint32_t rays) {
     for (const std::string isa : {"sse4.2", ""}) {
-        const auto query = RayQuery::make(scene, isa).value();
+        const auto query = RayQuery::make(scene, scene_extent(scene), isa).value();
         for (std::uint32_t i = 0; i < rays; ++i) {
             const auto r = philox(4, {i, 2, 0, 0});
             Ray ray;
@@ -61,7 +61,7 @@ RayLanes rays_from_triangles(const RayQuery& query, std::uint32_t block) {
 
 void expect_lanes_answer_as_brute_force(const Scene& scene, std::uint32_t blocks) {
     for (const std::string isa : {"sse4.2", ""}) {
-        const auto query = RayQuery::make(scene, isa).value();
+        const auto query = RayQuery::make(scene, scene_extent(scene), isa).value();
         std::uint32_t clear_starts = 0;
         MeetingLanes meetings;
         for (std::uint32_t block = 0; block < blocks; ++block) {
@@ -110,7 +110,7 @@ TEST(RayQuery, ThinTrianglesBeforeASheetAreMetWhateverTheirCornersOrder) {
             b.triangle((behind - across * 1.0).as<float>(), (behind + along * 3.0 - across * 1.0).as<float>(),
                        (behind + along * 1.5 + across * 1.0).as<float>());
             for (const std::string isa : {"sse4.2", ""}) {
-                const auto query = RayQuery::make(b.scene, isa).value();
+                const auto query = RayQuery::make(b.scene, scene_extent(b.scene), isa).value();
                 RayLanes rays;
                 for (std::uint32_t k = 0; k < lane_count; ++k) {
                     const double at = (k + 0.5) / lane_count;
@@ -134,7 +134,7 @@ TEST(RayQuery, ThinTrianglesBeforeASheetAreMetWhateverTheirCornersOrder) {
 
 TEST(RayQuery, LampsFarAwayMeetWhatTheyAimAt) {
     const Scene scene = mixed_room();
-    const auto query = RayQuery::make(scene, "").value();
+    const auto query = RayQuery::make(scene, scene_extent(scene), "").value();
     for (const double distance_m : {10.0, 1e3, 1e6}) {
         RayLanes rays;
         MeetingLanes meetings;
@@ -190,7 +190,7 @@ TEST(RayQuery, RaysThroughSharedEdgesAndCornersMeetSomething) {
     SceneBuilder b;
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
     b.sphere("ball", {0.5f, 0.5f, 0.5f}, 0.3f, 12, b.lambert(0.5));
-    const auto query = RayQuery::make(b.scene, "").value();
+    const auto query = RayQuery::make(b.scene, scene_extent(b.scene), "").value();
     const Vec3d origin{0.123, 0.877, 0.345};
     for (const Vec3f& corner : b.scene.positions)
         for (const Vec3f& other : {b.scene.positions[0], b.scene.positions[7]}) {
@@ -204,7 +204,7 @@ TEST(RayQuery, RaysThroughSharedEdgesAndCornersMeetSomething) {
 TEST(RayQuery, WallThatStartsAtTheOriginsEdgeIsNotMissed) {
     SceneBuilder b;
     b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.5), true);
-    const auto query = RayQuery::make(b.scene, "").value();
+    const auto query = RayQuery::make(b.scene, scene_extent(b.scene), "").value();
     for (const double gap : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}) {
         Ray ray;
         ray.from_triangle = 0;  // of the floor

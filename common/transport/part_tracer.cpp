@@ -1,0 +1,172 @@
+#include "common/transport/part_tracer.h"
+
+#include "common/support/ensure.h"
+#include "common/transport/bsdf.h"
+#include "common/transport/follow.h"
+#include "common/transport/wide_registers.h"
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+
+namespace lumenfarm {
+namespace {
+
+constexpr double margin = 0x1p-20;  ///< of the scene's half extent; distances in double are good to far less
+
+/// Flights in turn.
+class Arrivals {
+public:
+    Arrivals(const ScenePart& part, std::span<const Flight> flights) : part_(part), flights_(flights) {}
+
+    bool is_empty() const { return next_ == flights_.size(); }
+    double start_next(Flights& flights, std::size_t lane, EnergyBalance&) {
+        Flight flight = flights_[next_++];
+        flight.from_triangle = number_here(flight.from_triangle);
+        flights.set(lane, flight);
+        return flight.travelled_m;
+    }
+
+private:
+    /// A triangle that is not here will not be met here either.
+    std::uint32_t number_here(std::uint32_t triangle) const {
+        const auto at = std::lower_bound(part_.numbers.begin(), part_.numbers.end(), triangle);
+        return at != part_.numbers.end() && *at == triangle ? static_cast<std::uint32_t>(at - part_.numbers.begin())
+                                                            : none;
+    }
+
+    const ScenePart& part_;
+    std::span<const Flight> flights_;
+    std::size_t next_ = 0;
+};
+
+/// Particles are followed as long as they are in it.
+class OneSubspace {
+public:
+    OneSubspace(const ScenePart& part, const Subspaces& subspaces, std::uint32_t subspace,
+                std::vector<Departure>& departures)
+        : part_(part), subspaces_(subspaces), subspace_(subspace), departures_(departures) {}
+
+    bool enter(const Flights& flights, std::size_t lane, double from, EnergyBalance& balance) {
+        const Stretch stretch = stretch_of(flights, lane, from);
+        windows_.enters[lane] = stretch.enters;
+        windows_.leaves[lane] = stretch.leaves;
+        if (stretch.subspace == subspace_) return true;
+        hand_over(flights, lane, stretch, balance);
+        return false;
+    }
+    void find(const RayQuery& query, const Flights& flights, std::size_t active, MeetingLanes& meetings) const {
+        query.nearest(flights.rays, windows_, active, meetings);
+    }
+    bool leave(const Flights& flights, std::size_t lane, const Step& step, EnergyBalance& balance) {
+        if (step.meetings.triangle[lane] != none) return false;
+        const double leaves = windows_.leaves[lane];
+        hand_over(flights, lane,
+                  leaves < std::numeric_limits<double>::infinity() ? stretch_of(flights, lane, leaves) : Stretch{},
+                  balance);
+        return true;
+    }
+    void move(std::size_t to, std::size_t from) {
+        windows_.enters[to] = windows_.enters[from];
+        windows_.leaves[to] = windows_.leaves[from];
+    }
+
+private:
+    Stretch stretch_of(const Flights& flights, std::size_t lane, double from) const {
+        return subspaces_.next(flights.rays.origin.at(lane), flights.rays.direction.at(lane), from);
+    }
+    void hand_over(const Flights& flights, std::size_t lane, const Stretch& next, EnergyBalance& balance) {
+        Flight flight = flights.at(lane);
+        if (flight.from_triangle != none) flight.from_triangle = part_.numbers[flight.from_triangle];
+        depart(flight, next, departures_, balance);
+    }
+
+    const ScenePart& part_;
+    const Subspaces& subspaces_;
+    std::uint32_t subspace_;
+    std::vector<Departure>& departures_;
+    WindowLanes windows_;
+};
+
+class Tracer final : public PartTracer {
+public:
+    Tracer(const ScenePart& part, std::unique_ptr<RayQuery> query)
+        : part_(part),
+          query_(std::move(query)),
+          materials_(part.scene),
+          surface_materials_(materials_by_surface(part.scene)) {}
+
+    void trace(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights, const Subspaces& subspaces,
+               std::uint32_t subspace, TracedHits& hits, std::vector<Departure>& departures) const override {
+        const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, light);
+        Arrivals arrivals(part_, flights);
+        OneSubspace region(part_, subspaces, subspace, departures);
+        const std::size_t before = hits.records.size();
+        if (wide_registers_)
+            follow_avx2(rules, arrivals, region, hits);
+        else
+            follow_baseline(rules, arrivals, region, hits);
+        for (std::size_t i = before; i < hits.records.size(); ++i)
+            hits.records[i].triangle = part_.numbers[hits.records[i].triangle];
+    }
+
+private:
+    [[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void follow_avx2(const PathRules& rules, Arrivals& arrivals,
+                                                                    OneSubspace& region, TracedHits& hits) const {
+        follow(*query_, rules, arrivals, region, hits, nullptr);
+    }
+    [[gnu::flatten]] void follow_baseline(const PathRules& rules, Arrivals& arrivals, OneSubspace& region,
+                                          TracedHits& hits) const {
+        follow(*query_, rules, arrivals, region, hits, nullptr);
+    }
+
+    const bool wide_registers_ = has_wide_registers();
+    const ScenePart& part_;
+    std::unique_ptr<RayQuery> query_;
+    MaterialTable materials_;
+    std::vector<const Material*> surface_materials_;
+};
+
+}  // namespace
+
+ScenePart part_of(const Scene& scene, std::span<const std::uint32_t> triangles) {
+    ScenePart part;
+    part.extent = scene_extent(scene);
+    part.numbers.assign(triangles.begin(), triangles.end());
+    part.scene.materials = scene.materials;
+    part.scene.spectra = scene.spectra;
+    part.scene.textures = scene.textures;
+    std::unordered_map<std::uint32_t, std::uint32_t> corners;  // of the whole scene, to those of the part
+    const auto corner = [&](std::uint32_t whole) {
+        const auto [at, added] = corners.emplace(whole, static_cast<std::uint32_t>(part.scene.positions.size()));
+        if (added) {
+            part.scene.positions.push_back(scene.positions[whole]);
+            if (!scene.uvs.empty()) part.scene.uvs.push_back(scene.uvs[whole]);
+        }
+        return at->second;
+    };
+    auto next = triangles.begin();
+    for (const Surface& surface : scene.surfaces) {
+        Surface here = surface;
+        here.first_triangle = static_cast<std::uint32_t>(part.scene.triangles.size());
+        for (; next != triangles.end() && *next < surface.first_triangle + surface.triangle_count; ++next) {
+            const Triangle& whole = scene.triangles[*next];
+            part.scene.triangles.push_back({corner(whole[0]), corner(whole[1]), corner(whole[2])});
+        }
+        here.triangle_count = static_cast<std::uint32_t>(part.scene.triangles.size()) - here.first_triangle;
+        part.scene.surfaces.push_back(std::move(here));
+    }
+    return part;
+}
+
+double part_margin_m(const SceneExtent& extent) { return margin * extent.half_m; }
+
+Result<std::unique_ptr<PartTracer>> PartTracer::make(const ScenePart& part, const std::string& isa) {
+    ensure(!part.numbers.empty() && part.numbers.size() == part.scene.triangles.size(), "a part has triangles");
+    auto query = RayQuery::make(part.scene, part.extent, isa);
+    if (!query) return query.error();
+    return std::unique_ptr<PartTracer>(std::make_unique<Tracer>(part, std::move(query.value())));
+}
+
+}  // namespace lumenfarm

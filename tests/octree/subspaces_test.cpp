@@ -1,0 +1,167 @@
+#include "common/octree/subspaces.h"
+
+#include "tests/octree/octree_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace lumenfarm {
+namespace {
+
+using test::add_triangle;
+using test::soup;
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+
+WeightedOctree weigh(const Scene& scene) { return WeightedOctree(Octree::make(scene), {}); }
+
+/// Rays in and about a cube of 10 m: anywhere, along the axes, and along the planes of cells.
+class Rays {
+public:
+    explicit Rays(const Subspaces& subspaces) : subspaces_(subspaces) {}
+
+    struct Ray {
+        Vec3d origin, direction;
+    };
+    Ray next() {
+        Ray ray{anywhere(14), normalize(anywhere(2))};
+        const auto kind = random_() % 4;
+        const std::size_t axis = random_() % 3;
+        if (kind == 1) ray.direction[axis] = 0;
+        if (kind == 2) ray.direction = axis == 0 ? Vec3d{0, 0, 1} : axis == 1 ? Vec3d{0, -1, 0} : Vec3d{1, 0, 0};
+        if (kind >= 2) ray.origin[axis] = subspaces_.all()[random_() % subspaces_.all().size()].box.low[axis];
+        return ray;
+    }
+
+private:
+    Vec3d anywhere(double side) { return Vec3d{uniform(), uniform(), uniform()} * side; }
+    double uniform() { return static_cast<double>(random_()) / 2147483648.0 - 0.5; }
+
+    const Subspaces& subspaces_;
+    std::minstd_rand random_{7};
+};
+
+TEST(Subspaces, AreAsManyAsAskedForWhereCellsSplitInEight) {
+    const WeightedOctree weighted = weigh(soup(20'000, 10, 0.3f, {}, 5));
+    for (const std::uint32_t count : {1u, 8u, 64u, 512u}) {
+        const Subspaces subspaces = Subspaces::cut(weighted, count).value();
+        EXPECT_EQ(subspaces.all().size(), count);
+        double weight = 0;
+        for (const Subspace& subspace : subspaces.all()) {
+            EXPECT_GT(subspace.weight, 0);
+            EXPECT_EQ(subspace.weight, weighted.weight(subspace.cell.node));
+            weight += subspace.weight;
+        }
+        EXPECT_DOUBLE_EQ(weight, weighted.total_weight());
+    }
+    EXPECT_EQ(Subspaces::cut(weighted, 14).value().all().size(), 8u) << "15 would be the next";
+}
+
+TEST(Subspaces, SplitsTheHeaviest) {
+    // one octant holds nearly everything: it is split again and again
+    Scene scene = soup(20'000, 1, 0.05f, {-4, -4, -4}, 6);
+    for (unsigned octant = 0; octant < 8; ++octant) {
+        const Vec3f at{octant & 1 ? 5.f : -5.f, octant & 2 ? 5.f : -5.f, octant & 4 ? 5.f : -5.f};
+        add_triangle(scene, at, at + Vec3f{0.2f, 0, 0}, at + Vec3f{0, 0.2f, 0.1f});
+    }
+    const WeightedOctree weighted = weigh(scene);
+    const Subspaces subspaces = Subspaces::cut(weighted, 100).value();
+    const auto heaviest = std::ranges::max(subspaces.all(), {}, &Subspace::weight).weight;
+    EXPECT_LT(heaviest, weighted.total_weight() / 20);
+}
+
+TEST(Subspaces, RefusesCountsThatTheOctreeCannotGive) {
+    const WeightedOctree weighted = weigh(soup(100, 10, 0.3f, {}, 5));
+    const auto none_at_all = Subspaces::cut(weighted, 0);
+    ASSERT_FALSE(none_at_all);
+    EXPECT_EQ(none_at_all.error().code, ErrorCode::bad_input);
+    const auto leaves = static_cast<std::uint32_t>(weighted.total_weight());
+    EXPECT_EQ(Subspaces::cut(weighted, leaves).value().all().size(), leaves);
+    const auto too_many = Subspaces::cut(weighted, leaves + 1);
+    ASSERT_FALSE(too_many);
+    EXPECT_NE(too_many.error().sentence.find(std::to_string(leaves)), std::string::npos) << too_many.error().sentence;
+}
+
+TEST(Subspaces, StretchesOfARayFollowEachOtherInsideTheirCells) {
+    const WeightedOctree weighted = weigh(soup(20'000, 10, 0.3f, {}, 5));
+    const Subspaces subspaces = Subspaces::cut(weighted, 64).value();
+    const Box root = weighted.octree().box(Octree::root());
+    constexpr double slack = 1e-12;
+    Rays rays(subspaces);
+    std::size_t stretches = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const auto [origin, direction] = rays.next();
+        for (Stretch at = subspaces.next(origin, direction, 0); at.subspace != none; ++stretches) {
+            ASSERT_GT(at.leaves, at.enters);
+            if (at.leaves == endless) break;
+            const Box& box = subspaces.all()[at.subspace].box;
+            const Vec3d middle = origin + direction * (0.5 * (at.enters + at.leaves));
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                if (middle[axis] < root.low[axis])
+                    ASSERT_EQ(box.low[axis], root.low[axis]);
+                else if (middle[axis] > root.high[axis])
+                    ASSERT_EQ(box.high[axis], root.high[axis]);
+                else
+                    ASSERT_TRUE(middle[axis] >= box.low[axis] - slack && middle[axis] <= box.high[axis] + slack);
+            }
+            const double left = at.leaves;
+            at = subspaces.next(origin, direction, left);
+            ASSERT_GE(at.enters, left);
+        }
+    }
+    EXPECT_GT(stretches, 50'000u);
+}
+
+/// The distance at which a ray meets a triangle's plane inside the triangle, in double, or none.
+std::optional<double> distance_to(const Scene& scene, std::uint32_t triangle, Vec3d origin, Vec3d direction) {
+    const auto corner = [&](std::size_t k) {
+        return scene.positions[scene.triangles[triangle][k]].as<double>() - origin;
+    };
+    const Vec3d a = corner(0), b = corner(1), c = corner(2);
+    const double e0 = dot(direction, cross(b, c)), e1 = dot(direction, cross(c, a)), e2 = dot(direction, cross(a, b));
+    if (!((e0 >= 0 && e1 >= 0 && e2 >= 0) || (e0 <= 0 && e1 <= 0 && e2 <= 0))) return {};
+    const Vec3d normal = normalize(cross(b - a, c - a));
+    const double approach = dot(normal, direction);
+    if (std::abs(approach) < 1e-6) return {};
+    return dot(normal, a) / approach;
+}
+
+TEST(Subspaces, HoldTheTrianglesThatRaysMeetInThem) {
+    const Scene crowd = soup(20'000, 10, 0.3f, {}, 5);
+    const Subspaces subspaces = Subspaces::cut(weigh(crowd), 64).value();
+    // among the crowd, which leaves no cell empty, large triangles, some of them in the planes between cells
+    Scene scene = soup(300, 8, 6, {}, 8);
+    for (const Subspace& subspace : subspaces.all()) {
+        const Vec3f at = subspace.box.low.as<float>();
+        add_triangle(scene, at, at + Vec3f{0, 1, 0}, at + Vec3f{0, 0, 1.5f});
+        add_triangle(scene, at, at + Vec3f{1, 0, 0}, at + Vec3f{0, 0, 1.5f});
+    }
+    const auto filed = subspaces.triangles(scene, 1e-6);
+    Rays rays(subspaces);
+    std::size_t meetings = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const auto [origin, direction] = rays.next();
+        for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
+            const auto distance = distance_to(scene, t, origin, direction);
+            if (!distance || *distance < 0) continue;
+            ++meetings;
+            const std::uint32_t subspace = subspaces.next(origin, direction, *distance).subspace;
+            ASSERT_NE(subspace, none);
+            ASSERT_TRUE(std::ranges::binary_search(filed[subspace], t)) << i << " triangle " << t;
+        }
+    }
+    EXPECT_GT(meetings, 10'000u);
+    // and not many others
+    std::size_t held = 0;
+    for (const auto& triangles : filed) held += triangles.size();
+    EXPECT_LT(held, filed.size() * scene.triangles.size() / 2);
+}
+
+}  // namespace
+}  // namespace lumenfarm
