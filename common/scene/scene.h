@@ -28,11 +28,11 @@ struct Material {
     std::string name;
     ColorSlot diffuse;
     ColorSlot mirror;
-    ColorSlot transmission;                  ///< tint of transmitted light, used where dielectric > 0
-    float dielectric = 0;                    ///< in [0, 1]
-    std::uint32_t refractive_index = none;   ///< spectrum of n(lambda) >= 1; REQUIRED where dielectric > 0
-    bool thin = false;                       ///< glass sheet: all orders of reflection at once, no refraction
-    bool double_sided = false;               ///< emission leaves both sides
+    ColorSlot transmission;                 ///< tint of transmitted light, used where dielectric > 0
+    float dielectric = 0;                   ///< in [0, 1]
+    std::uint32_t refractive_index = none;  ///< spectrum of n(lambda) >= 1; REQUIRED where dielectric > 0
+    bool thin = false;                      ///< glass sheet: all orders of reflection at once, no refraction
+    bool double_sided = false;              ///< emission leaves both sides
     bool operator==(const Material&) const = default;
 };
 
@@ -92,8 +92,8 @@ struct Texture {
 using Triangle = std::array<std::uint32_t, 3>;
 
 struct Scene {
-    std::vector<Vec3f> positions;  ///< [m]
-    std::vector<Vec2f> uvs;        ///< empty, or one for each position
+    std::vector<Vec3f> positions;     ///< [m]
+    std::vector<Vec2f> uvs;           ///< empty, or one for each position
     std::vector<Triangle> triangles;  ///< of non-zero area; sorted by surface
     std::vector<Surface> surfaces;    ///< cover all triangles in order
     std::vector<Material> materials;

@@ -21,7 +21,7 @@ concept PlainBlock = std::is_trivially_copyable_v<T>;
 class ByteWriter {
 public:
     template <class T>
-        requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
     void value(T v) {
         const auto* begin = reinterpret_cast<const std::byte*>(&v);
         bytes_.insert(bytes_.end(), begin, begin + sizeof v);
@@ -52,8 +52,7 @@ public:
     explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}
 
     template <class T>
-        requires std::is_arithmetic_v<T> || std::is_enum_v<T>
-    T value() {
+    requires std::is_arithmetic_v<T> || std::is_enum_v<T> T value() {
         T v{};
         if (!good_ || rest_.size() < sizeof v) {
             good_ = false;

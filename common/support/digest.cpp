@@ -45,7 +45,8 @@ Result<Digest> Digest::from_hex(const std::string& text) {
 void Sha256::Free::operator()(void* context) const { EVP_MD_CTX_free(as_context(context)); }
 
 Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
-    ensure(context_ && EVP_DigestInit_ex(as_context(context_.get()), EVP_sha256(), nullptr) == 1, "SHA-256 is available");
+    ensure(context_ && EVP_DigestInit_ex(as_context(context_.get()), EVP_sha256(), nullptr) == 1,
+           "SHA-256 is available");
 }
 
 void Sha256::update(std::span<const std::byte> bytes) {
@@ -55,8 +56,9 @@ void Sha256::update(std::span<const std::byte> bytes) {
 Digest Sha256::finish() {
     Digest digest;
     unsigned size = 0;
-    ensure(EVP_DigestFinal_ex(as_context(context_.get()), digest.bytes.data(), &size) == 1 && size == digest.bytes.size(),
-           "SHA-256 gives 32 bytes");
+    ensure(
+        EVP_DigestFinal_ex(as_context(context_.get()), digest.bytes.data(), &size) == 1 && size == digest.bytes.size(),
+        "SHA-256 gives 32 bytes");
     return digest;
 }
 

@@ -24,7 +24,8 @@ void throw_exception_from_error(const Error& error, const boost::source_location
 }
 
 void ensure(bool holds, const char* assumption, const char* file, int line) {
-    if (holds) [[likely]] return;
+    if (holds) [[likely]]
+        return;
     std::fprintf(stderr, "lumenfarm: broken assumption at %s:%d: %s\n", file, line, assumption);
     std::abort();
 }
