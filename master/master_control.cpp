@@ -29,11 +29,16 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Con
     if (!job)
         return refuse(session, request_id, RefusalReason::no_such_job,
                       "there is no job " + std::to_string(request.job));
-    if (job->askers.size() >= limits::admissions_max)
+    if (job->askers.size() + job->late.size() >= limits::admissions_max)
         return refuse(session, request_id, RefusalReason::full, "the job is being changed; many wait for that");
-    if (job->phase == Phase::removing || (job->phase == Phase::storing && request.action != JobAction::cancel))
+    const bool ends = job->phase == Phase::storing && request.action != JobAction::cancel;
+    if (job->phase == Phase::removing || (ends && job->solution_waits))
         return refuse(session, request_id, RefusalReason::not_ready,
                       name_of(job->record) + " is just ending; ask again in a moment");
+    if (ends) {
+        job->late.push_back({session, request_id, request});
+        return;
+    }
     if (const auto done = control(*job, request, now_s); !done)
         return refuse(session, request_id, RefusalReason::bad_request, done.error().sentence);
     job->askers.push_back({session, request_id, request.action});
@@ -62,6 +67,11 @@ void MasterCore::answer_askers(Job& job) {
         send(asker.session, wire::ControlReply(job.record.id(), ends ? JobState::cancelled : job.record.status.state),
              asker.request_id);
     }
+}
+
+/// What was asked of the job while it ended is asked of it now.
+void MasterCore::take_late_requests(Job& job, double now_s) {
+    for (const LateRequest& late : std::exchange(job.late, {})) on(late.session, late.request_id, late.request, now_s);
 }
 
 /// No more sets; workers close their results of the job and hand back the rest.

@@ -107,6 +107,11 @@ private:
         std::uint64_t request_id = 0;
         wire::JobAction action = wire::JobAction::pause;
     };
+    struct LateRequest {
+        SessionId session = 0;
+        std::uint64_t request_id = 0;
+        wire::ControlRequest request;
+    };
     struct Job {
         JobRecord record;
         Phase phase = Phase::queued;
@@ -120,6 +125,7 @@ private:
         std::size_t results_on_their_way = 0;  ///< to the disk
         std::size_t records_on_their_way = 0;  ///< to the disk
         std::vector<Asker> askers;             ///< to be answered when the record lasts
+        std::vector<LateRequest> late;         ///< came while the solution was being stored
         bool retracting = false;               ///< what liars have traced is being taken out on the disk
         bool retraction_waits = false;         ///< for space on the disk
         bool record_waits = false;             ///< for space on the disk
@@ -227,6 +233,7 @@ private:
     void remove_old_jobs(double now_s);
     void wind_up(Job& job, double now_s);
     void answer_askers(Job& job);
+    void take_late_requests(Job& job, double now_s);
 
     // results that are traced again (master_audit.cpp)
     void audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s);

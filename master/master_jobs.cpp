@@ -245,6 +245,7 @@ Effects MasterCore::on_solution_stored(const StoreSolution& store, const Result<
         job->solution_waits = true;
         await_space(stored.error(), now_s);
     }
+    take_late_requests(*job, now_s);
     return settle_and_take(now_s);
 }
 

@@ -29,9 +29,12 @@ protected:
         take(master_.on_put_aside(*aside, now_s_));
     }
     /// Traces everything that a job has.
-    void finish(JobId) {
+    void trace_all() {
         for (auto leases = pull(ann, 1); !leases.empty(); leases = pull(ann, 1))
             ASSERT_EQ(deliver(ann, trace(leases[0], ++results_)), wire::Verdict::accepted);
+    }
+    void finish(JobId) {
+        trace_all();
         store_solution();
     }
     RecoveredJob half_done() {

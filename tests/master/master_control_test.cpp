@@ -189,6 +189,31 @@ TEST_F(ControlTest, RunningJobIsExtended) {
     EXPECT_TRUE(master_.record(job)->complete);
 }
 
+TEST_F(ControlTest, WhatIsAskedWhileTheSolutionIsStoredIsDoneThen) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    trace_all();
+    ASSERT_TRUE(solution_);
+    control(job, JobAction::extend, 20'000);
+    EXPECT_FALSE(answered());
+    EXPECT_EQ(refused(), "");
+    store_solution();
+    EXPECT_EQ(answered(), JobState::queued);
+    EXPECT_EQ(master_.record(job)->spec.particles, 20'000u);
+}
+
+TEST_F(ControlTest, WhatIsAskedWhileTheSolutionWaitsForSpaceIsRefused) {
+    const JobId job = submit(records_job(), 1);
+    join(ann, 11);
+    trace_all();
+    ASSERT_TRUE(solution_);
+    control(job, JobAction::extend, 20'000);
+    take(master_.on_solution_stored(*solution_, no_space("the disk is full"), now_s_));
+    EXPECT_NE(refused().find("just ending"), std::string::npos);
+    control(job, JobAction::extend, 20'000);
+    EXPECT_NE(refused().find("just ending"), std::string::npos);
+}
+
 TEST_F(ControlTest, JobThatIsDoneIsExtendedFromItsSolution) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);
