@@ -3,29 +3,16 @@
 #include "common/transport/emission.h"
 #include "common/transport/emitter.h"
 #include "tests/scenes/scene_builder.h"
+#include "tests/transport/sorted_hits.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstring>
-#include <tuple>
+#include <utility>
+#include <vector>
 
 /// The object-space strategy without a farm: particles go from subspace to subspace until none is on its way.
 namespace lumenfarm::testing {
 namespace {
-
-using Key = std::tuple<std::uint64_t, std::uint64_t, std::uint32_t>;
-
-std::vector<Key> sorted(const TracedHits& hits) {
-    std::vector<Key> keys;
-    for (std::size_t i = 0; i < hits.records.size(); ++i) {
-        std::uint64_t words[2];
-        std::memcpy(words, &hits.records[i], sizeof words);
-        keys.emplace_back(words[0], words[1], hits.energies.empty() ? 0 : hits.energies[i]);
-    }
-    std::sort(keys.begin(), keys.end());
-    return keys;
-}
 
 WeightedOctree weigh(const Scene& scene) {
     std::vector<double> shares;

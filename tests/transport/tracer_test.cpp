@@ -1,29 +1,14 @@
 #include "common/transport/tracer.h"
 #include "common/transport/ray_query.h"
 #include "tests/scenes/scene_builder.h"
+#include "tests/transport/sorted_hits.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
-#include <tuple>
 
 namespace lumenfarm::testing {
 namespace {
-
-using Key = std::tuple<std::uint64_t, std::uint64_t, std::uint32_t>;
-
-/// Records (and energies) as a sorted list: what was hit, whatever the order.
-std::vector<Key> sorted(const TracedHits& hits) {
-    std::vector<Key> keys;
-    for (std::size_t i = 0; i < hits.records.size(); ++i) {
-        std::uint64_t words[2];
-        std::memcpy(words, &hits.records[i], sizeof words);
-        keys.emplace_back(words[0], words[1], hits.energies.empty() ? 0 : hits.energies[i]);
-    }
-    std::sort(keys.begin(), keys.end());
-    return keys;
-}
 
 TracedHits trace(const Scene& scene, const JobSpec& spec, ParticleRange range, const std::string& isa = {}) {
     const auto tracer = std::move(TracerScene::make(scene, isa).value());
