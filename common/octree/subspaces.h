@@ -3,7 +3,6 @@
 #include "common/octree/weighted_octree.h"
 #include "common/support/result.h"
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -38,8 +37,9 @@ public:
     std::span<const Subspace> all() const { return subspaces_; }
     /// The first subspace that the ray is in at distance `from` or later. REQUIRES: finite; direction is not zero.
     Stretch next(Vec3d origin, Vec3d direction, double from) const;
-    /// For each subspace the triangles that come within `margin_m` of it, and few others, in ascending order.
-    /// REQUIRES: the octree was made from this scene.
+    /// For each subspace the triangles that come within `margin_m` of it, and few others, in ascending order. A cell
+    /// that the octree counts as filled may have none: its triangles miss it by no more than rounding. REQUIRES: the
+    /// octree was made from this scene.
     std::vector<std::vector<std::uint32_t>> triangles(const Scene& scene, double margin_m) const;
 
 private:

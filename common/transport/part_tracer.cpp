@@ -163,7 +163,7 @@ ScenePart part_of(const Scene& scene, std::span<const std::uint32_t> triangles) 
 double part_margin_m(const SceneExtent& extent) { return margin * extent.half_m; }
 
 Result<std::unique_ptr<PartTracer>> PartTracer::make(const ScenePart& part, const std::string& isa) {
-    ensure(!part.numbers.empty() && part.numbers.size() == part.scene.triangles.size(), "a part has triangles");
+    ensure(part.numbers.size() == part.scene.triangles.size(), "a part numbers its triangles");
     auto query = RayQuery::make(part.scene, part.extent, isa);
     if (!query) return query.error();
     return std::unique_ptr<PartTracer>(std::make_unique<Tracer>(part, std::move(query.value())));

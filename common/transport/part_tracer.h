@@ -34,7 +34,7 @@ double part_margin_m(const SceneExtent& extent);
 
 class PartTracer {
 public:
-    /// REQUIRES: `part` outlives this and has triangles. Errors and `isa` as TracerScene::make.
+    /// REQUIRES: `part` outlives this; it may have no triangles. Errors and `isa` as TracerScene::make.
     static Result<std::unique_ptr<PartTracer>> make(const ScenePart& part, const std::string& isa = {});
     virtual ~PartTracer() = default;
 

@@ -135,7 +135,7 @@ void EmbreeQuery::fill_records(const Scene& scene) {
         scene, {near_reach * extent_.half_m, edge_band * extent_.half_m, enlargement * extent_.half_m});
     records_.reserve(scene.triangles.size());
     prefer_huge_pages(records_.data(), scene.triangles.size() * sizeof(TriangleRecord));
-    records_.resize(scene.triangles.size());
+    records_.resize(std::max<std::size_t>(1, scene.triangles.size()));  // lanes without a triangle read the first
     for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
         const Surface& surface = scene.surfaces[s];
         for (std::uint32_t t = surface.first_triangle; t < surface.first_triangle + surface.triangle_count; ++t) {

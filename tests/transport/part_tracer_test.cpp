@@ -101,5 +101,25 @@ TEST(PartTracer, HillsOfManyTrianglesGiveTheSameHitsInParts) {
     EXPECT_TRUE(sorted(together) == sorted(whole));
 }
 
+TEST(PartTracer, PartWithoutTrianglesLetsEverythingPass) {
+    const Scene scene = mixed_room();
+    const Subspaces subspaces = Subspaces::cut(weigh(scene), 8).value();
+    const Emission emission = make_emission(scene).value();
+    std::vector<Departure> emitted, departures;
+    EnergyBalance balance;
+    Emitter(scene, emission, subspaces, 1).emit({1, 0, 100}, emitted, balance);
+    const std::uint32_t subspace = emitted.front().subspace;
+    const ScenePart part = part_of(scene, {});
+    const auto tracer = std::move(PartTracer::make(part).value());
+    TracedHits hits;
+    tracer->trace({}, 1, std::vector{emitted.front().flight}, subspaces, subspace, hits, departures);
+    EXPECT_TRUE(hits.records.empty());
+    const bool escaped = hits.balance.escaped == emitted.front().flight.energy;
+    ASSERT_EQ(departures.size(), escaped ? 0u : 1u);
+    if (!escaped) {
+        EXPECT_NE(departures[0].subspace, subspace);
+    }
+}
+
 }  // namespace
 }  // namespace lumenfarm::testing
