@@ -28,6 +28,7 @@ Result<std::unique_ptr<EmbeddedFarm>> EmbeddedFarm::start(const Options& options
         worker.cache = storage.path() / ("worker-" + std::to_string(number));
         worker.name = "local-" + std::to_string(number);
         worker.isa = options.isa;
+        worker.memory_limit_bytes = options.memory_limit_bytes;
         worker.idle_priority = false;  // somebody waits for this
         if (auto hired = farm->hire(worker); !hired) return hired.error();
     }

@@ -3,10 +3,31 @@
 #include "cli/number.h"
 #include "cli/options.h"
 
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <string>
+
 namespace lumenfarm {
 namespace {
 
 constexpr const char* group = "Job options";
+
+/// 0 stands for `auto`. `why_not_zero`: the rest of the sentence about 0.
+void automatic_count_option(CLI::App& app, const char* name, const char* text, const std::string& why_not_zero,
+                            std::function<void(std::uint64_t)> take) {
+    option_detail::declare(app, name, "auto|N", "auto", text, [=](const std::string& given) -> std::string {
+        if (given == "auto") {
+            take(0);
+            return {};
+        }
+        const auto count = parse_count(given);
+        if (!count) return count.error().sentence;
+        if (*count == 0) return "'" + given + "' " + why_not_zero + "; say auto or a number";
+        take(*count);
+        return {};
+    })->group(group);
+}
 
 void declare_result_options(CLI::App& app, JobSpec& spec) {
     count_option(app, "--particles", spec.particles, "Particles of all lights together: more of them, less noise")
@@ -20,26 +41,22 @@ void declare_result_options(CLI::App& app, JobSpec& spec) {
 }
 
 void declare_way_options(CLI::App& app, JobSpec& spec) {
-    choice_option<Strategy>(app, "--strategy", spec.strategy, {{"sets", Strategy::sets}},
-                            "How the work is shared out: sets of particles")
+    choice_option<Strategy>(app, "--strategy", spec.strategy,
+                            {{"sets", Strategy::sets}, {"subspaces", Strategy::subspaces}},
+                            "How the work is shared out: by particles, or by space, for scenes larger than a worker's "
+                            "memory; what comes out is the same")
         ->group(group);
+    automatic_count_option(app, "--subspaces", "With subspaces: into how many the scene is cut", "cut no scene",
+                           [&spec](std::uint64_t count) {
+                               constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
+                               spec.subspaces = static_cast<std::uint32_t>(std::min(count, most));  // refused later
+                           });
     choice_option<Packing>(app, "--packing", spec.packing,
                            {{"auto", Packing::automatic}, {"records", Packing::records}, {"maps", Packing::maps}},
                            "How results travel: each hit, or sums; what comes out is the same")
         ->group(group);
-    option_detail::declare(app, "--particles-per-set", "auto|N", "auto", "Particles in one unit of work",
-                           [&spec](const std::string& text) -> std::string {
-                               if (text == "auto") {
-                                   spec.particles_per_set = 0;
-                                   return {};
-                               }
-                               const auto count = parse_count(text);
-                               if (!count) return count.error().sentence;
-                               if (*count == 0) return "'" + text + "' particles make no set; say auto or a number";
-                               spec.particles_per_set = *count;
-                               return {};
-                           })
-        ->group(group);
+    automatic_count_option(app, "--particles-per-set", "Particles in one unit of work", "particles make no set",
+                           [&spec](std::uint64_t count) { spec.particles_per_set = count; });
     count_option(app, "--hits-per-message", spec.hits_per_message, "Hits in one message, when each hit travels")
         ->group(group);
     text_option(app, "--name", spec.name, "The job's name in lists; the scene's file name if none is given")

@@ -53,7 +53,7 @@ json::array set_aside(const wire::JobStatus& job) {
     json::array ranges;
     for (const ParticleRange& range : job.set_aside)
         ranges.push_back(
-            json::object{{"light", range.light}, {"first", range.first}, {"end", range.first + range.count}});
+            json::object{{"light", range.source}, {"first", range.first}, {"end", range.first + range.count}});
     return ranges;
 }
 

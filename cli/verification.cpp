@@ -34,7 +34,7 @@ public:
             ParticleRange& first = left_.back();
             const std::uint64_t count = std::min(first.count, block - first.first % block);
             if (std::binary_search(batches_.begin(), batches_.end(), batch_of(first.first)))
-                taken.push_back({first.light, first.first, count});
+                taken.push_back({first.source, first.first, count});
             first.first += count;
             first.count -= count;
             passed_ += count;
@@ -93,7 +93,7 @@ private:
             for (const ParticleRange& range : ranges) {
                 hits.clear();
                 tracer_.trace(run_.solution.spec, range, hits);
-                add(range.light, hits);
+                add(range.source, hits);
             }
             const std::lock_guard lock(mutex_);
             progress(work_.done());

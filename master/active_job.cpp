@@ -24,6 +24,13 @@ bool of_their_epochs(const wire::ResultDone& done) {
                        [](const wire::Claim& claim) { return epoch_of(claim.lease) == claim.epoch; });
 }
 
+std::vector<std::uint64_t> particles_by_source(const PreparedJob& prepared, const FlightQueues& flights) {
+    std::vector<std::uint64_t> particles = prepared.particles;
+    for (std::uint32_t subspace = 0; subspace < flights.subspaces(); ++subspace)
+        particles.push_back(flights.filed(subspace));
+    return particles;
+}
+
 }  // namespace
 
 std::vector<Claim> claims_of(const wire::ResultDone& done) {
@@ -35,8 +42,11 @@ std::vector<Claim> claims_of(const wire::ResultDone& done) {
 
 ActiveJob::ActiveJob(const JobSpec& spec, RecoveredJob recovered, double now_s, double deadline_s)
     : prepared_(std::move(recovered.prepared)),
+      files_(std::move(recovered.files)),
       packing_(packing_in_force(spec, *prepared_)),
-      ledger_(prepared_->particles, std::move(recovered.committed), recovered.leases, now_s, deadline_s),
+      flights_(std::move(recovered.flights)),
+      ledger_(particles_by_source(*prepared_, flights_), prepared_->particles.size(), std::move(recovered.committed),
+              recovered.leases, now_s, deadline_s),
       balance_(recovered.balance),
       trace_s_(recovered.trace_s),
       earlier_effort_(recovered.effort),
@@ -47,8 +57,11 @@ std::optional<Outcome> ActiveJob::take(WorkerId worker, StagedResult& result, wi
     const ClaimVerdict verdict = of_their_epochs(done) ? ledger_.check(worker, claims) : ClaimVerdict::stale;
     if (verdict == ClaimVerdict::being_stored) return std::nullopt;
     Outcome outcome = outcome_of(verdict);
-    if (const auto whole = result.complete(std::move(done)); !whole)
+    if (const auto whole = result.complete(*prepared_, std::move(done)); !whole)
         outcome = {result.blameless() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
+    else if (outcome.verdict == wire::Verdict::accepted &&
+             !result.closes_with(energy_of(flights_, *prepared_, result.done().claims)))
+        outcome = {wire::Verdict::invalid, "the energy balance does not close with the particles in flight"};
     if (outcome.verdict == wire::Verdict::accepted) {
         ledger_.store(claims);
         return outcome;
@@ -63,14 +76,35 @@ void ActiveJob::take_back(WorkerId worker, std::span<const Claim> claims) {
 }
 
 void ActiveJob::retract(Retracted left) {
-    ledger_.retract(std::move(left.committed));
+    if (prepared_->subspaces) {
+        // what was filed may come from what is retracted: all begins anew
+        flights_ = FlightQueues(flights_.subspaces());
+        ledger_.restart();
+    } else {
+        ledger_.retract(std::move(left.committed));
+    }
     balance_ = left.balance;
     trace_s_ = left.trace_s;
     keep_threshold_ = left.keep_threshold;
 }
 
+void ActiveJob::file(const FlightQueues::Filed& filed) {
+    flights_.add(filed);
+    ledger_.grow(static_cast<std::uint32_t>(prepared_->particles.size()) + filed.subspace, filed.flights->size());
+}
+
+FlightQueues::Flights ActiveJob::flights(const ParticleRange& range) const {
+    const auto lights = static_cast<std::uint32_t>(prepared_->particles.size());
+    if (range.source < lights) return {};
+    return flights_.at(range.source - lights, range.first, range.count);
+}
+
 void ActiveJob::commit(const StagedResult& result) {
+    const auto lights = static_cast<std::uint32_t>(prepared_->particles.size());
     ledger_.commit(claims_of(result.done()));
+    for (const wire::Claim& claim : result.done().claims)
+        if (claim.range.source >= lights)
+            flights_.remove(claim.range.source - lights, claim.range.first, claim.range.count);
     balance_ += result.done().balance;
     trace_s_ += result.done().trace_seconds;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "master/flight_queues.h"
 #include "master/ledger.h"
 #include "master/recovered_job.h"
 #include "master/staged_result.h"
@@ -24,6 +25,8 @@ public:
     /// Leases of an earlier life are current until `deadline_s`.
     ActiveJob(const JobSpec& spec, RecoveredJob recovered, double now_s, double deadline_s);
 
+    /// What workers fetch first.
+    const WorkerFiles& files() const { return files_; }
     Ledger& ledger() { return ledger_; }
     const Ledger& ledger() const { return ledger_; }
     const PreparedJob& prepared() const { return *prepared_; }
@@ -38,8 +41,12 @@ public:
     /// The worker forgets a whole result: what its leases still owe is given out again.
     void take_back(WorkerId worker, std::span<const Claim> claims);
     void retract(Retracted left);
-    /// The result lasts.
+    /// Particles that were filed in subspaces.
+    void file(const FlightQueues::Filed& filed);
+    /// The result lasts. REQUIRES: what it brought for other subspaces was filed.
     void commit(const StagedResult& result);
+    /// The particles of a range that wait in a subspace; none of a light.
+    FlightQueues::Flights flights(const ParticleRange& range) const;
 
     /// Hits above this are not kept any more.
     std::uint64_t keep_threshold() const { return keep_threshold_; }
@@ -47,7 +54,9 @@ public:
 
 private:
     std::shared_ptr<const PreparedJob> prepared_;
+    WorkerFiles files_;
     Packing packing_;
+    FlightQueues flights_;
     Ledger ledger_;
     EnergyBalance balance_;
     double trace_s_;

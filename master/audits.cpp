@@ -38,7 +38,7 @@ Audits::Set Audits::give(JobId job, MachineId machine, LeaseId id, double now_s)
     Audit& audit = found->second;
     if (!audit.witness) audit.witness = Witness{machine, now_s, 0, 0, audit.particles};
     const ParticleRange range = audit.ranges[audit.witness->next++];
-    given_.emplace(id, Given{found->first, machine, range.light, {}, range});
+    given_.emplace(id, Given{found->first, machine, range.source, {}, range});
     return {found->first, range, audit.keep_threshold};
 }
 
@@ -52,7 +52,7 @@ std::optional<AuditId> Audits::check(MachineId machine, std::span<const Claim> c
         if (audit && *audit != given.audit) return std::nullopt;
         audit = given.audit;
         const std::uint64_t end = claim.range.first + claim.range.count;
-        const bool inside = claim.range.light == given.light && claim.range.first >= given.range.first &&
+        const bool inside = claim.range.source == given.light && claim.range.first >= given.range.first &&
                             end <= given.range.first + given.range.count;
         if (!inside || given.done.overlaps(claim.range.first, end)) return std::nullopt;
         if (!covered[claim.lease].insert(claim.range.first, end)) return std::nullopt;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/octree/subspaces.h"
 #include "common/scene/job_spec.h"
 #include "common/scene/scene.h"
 #include "common/solution/solution.h"
@@ -28,11 +29,15 @@ struct PreparedJob {
     TexelLayout layout;
     double texel_m = 0;                    ///< in force
     std::vector<std::uint64_t> particles;  ///< of each light
+    std::optional<Subspaces> subspaces;    ///< strategy subspaces
     std::string octree;                    ///< a sentence about the weighted octree, for the log
+
+    /// Where work comes from: the lights, and behind them the subspaces.
+    std::size_t sources() const { return particles.size() + (subspaces ? subspaces->all().size() : 0); }
 };
 
 /// Decodes the scene and derives all that a job of this spec needs. Errors: bad_input (damaged scene, no light, too
-/// many texels) with a sentence for the submitter.
+/// many texels, more subspaces than the octree has) with a sentence for the submitter.
 Result<std::shared_ptr<const PreparedJob>> prepare_job(const JobSpec& spec, std::span<const std::byte> scene_bytes);
 
 /// The packing in force. `maps` needs the dense sums to fit limits::map_bytes_max. Automatic chooses maps where they

@@ -3,6 +3,7 @@
 #include "common/scene/scene_file.h"
 #include "common/solution/solution_file.h"
 #include "master/result_bytes.h"
+#include "master/snapshot_file.h"
 
 #include <xxhash.h>
 
@@ -43,6 +44,10 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
     if (const auto found = find_segments(); !found) return found.error();
     sums_ = JobSums(spec_, sums_.prepared_job());
     snapshot_.reset();
+    cut_short_ = false;
+    const auto is_cut_short = [&](const std::vector<std::string>& damages) {
+        return spec_.strategy == Strategy::subspaces && !damages.empty();
+    };
     kept_results_ = kept_bytes_ = 0;
     std::vector<std::string> damages;
     const std::string name = "job " + std::to_string(job_);
@@ -54,6 +59,7 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
             damages.push_back("the snapshot of " + name + " is lost: " + read.error().sentence);
         }
     for (const StoredResult& stored : kept.results) {
+        if ((cut_short_ = is_cut_short(damages))) break;
         if (snapshot_ && stored.number < kept.snapshot->next_result) continue;
         if (const auto read = recover_result(stored); !read) {
             if (read.error().code != ErrorCode::bad_input) return read.error();
@@ -61,6 +67,7 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
                               " is lost: " + read.error().sentence);
         }
     }
+    cut_short_ = is_cut_short(damages);
     next_result_ = kept.next_result;
     return damages;
 }
@@ -68,11 +75,12 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
 Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore& files) {
     const auto bytes = files.read(snapshot.file);
     if (!bytes) return bytes.error();
-    auto solution = decode_solution(*bytes, sums_.prepared().scene, scene_);
-    if (!solution) return solution.error();
-    if (!same_but_for_particles(solution->spec, spec_) || solution->spec.particles > spec_.particles)
+    auto read = decode_snapshot(*bytes, sums_.prepared(), scene_);
+    if (!read) return read.error();
+    const JobSpec& its = read->solution.spec;
+    if (!same_but_for_particles(its, spec_) || its.particles > spec_.particles)
         return bad_input("it is of another job");
-    sums_.restore(std::move(*solution));
+    sums_.restore(std::move(read->solution), std::move(read->flights), std::move(read->ended));
     snapshot_ = snapshot.file;
     return {};
 }
@@ -132,12 +140,17 @@ JobLog::Encoded JobLog::solution(const JobEffort& effort) {
     return encoded;
 }
 
+std::vector<std::byte> JobLog::snapshot_bytes(const JobEffort& effort) {
+    return encode_snapshot(solution(effort).bytes, sums_.flights(), sums_.ended());
+}
+
 bool JobLog::snapshot_pays() const {
     return kept_results_ > limits::results_per_snapshot_max || (kept_results_ > 0 && kept_bytes_ >= sums_.bytes());
 }
 
 Result<void> JobLog::begin_after(const Digest& snapshot) {
     snapshot_ = snapshot;
+    cut_short_ = false;
     kept_results_ = kept_bytes_ = 0;
     if (keeps_results_) return {};
     segment_.reset();

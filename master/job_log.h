@@ -24,7 +24,8 @@ public:
     JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job, std::shared_ptr<const PreparedJob> prepared);
 
     /// Adds up what was kept, by earlier lives or this one. What is damaged is left out, so that its particles are
-    /// traced again; a sentence for each. Errors: failed (the disk: what it holds may be good).
+    /// traced again; a sentence for each. With subspaces so is all that came after it, since flights are numbered as
+    /// they came: then cut_short(). Errors: failed (the disk: what it holds may be good).
     Result<std::vector<std::string>> recover(const JobStore::Unfinished& kept, const FileStore& files);
 
     /// Writes a result behind those before. sync() makes them last. Then all of them are committed to the job store,
@@ -32,7 +33,8 @@ public:
     Result<StoredResult> append(const StagedResult& result, MachineId machine);
     Result<void> sync();
     void keep();
-    void merge(const StagedResult& result) { sums_.merge(result); }
+    /// As JobSums::merge.
+    std::vector<FlightQueues::Filed> merge(const StagedResult& result) { return sums_.merge(result); }
     Result<void> undo();
 
     /// What was merged, as a solution.
@@ -41,6 +43,8 @@ public:
         Digest digest;  ///< of the result
     };
     Encoded solution(const JobEffort& effort);
+    /// That, and what is in flight: what recover() reads again.
+    std::vector<std::byte> snapshot_bytes(const JobEffort& effort);
 
     /// True when what came since the last snapshot takes longer to read again than a snapshot would.
     bool snapshot_pays() const;
@@ -56,6 +60,8 @@ public:
     Result<void> remove_segments();
 
     const JobSums& sums() const { return sums_; }
+    /// What recover() left out is still on the disk. A snapshot ends that.
+    bool cut_short() const { return cut_short_; }
 
 private:
     std::filesystem::path path(std::uint64_t segment) const;
@@ -78,6 +84,7 @@ private:
     std::uint64_t kept_bytes_ = 0;
     std::uint64_t appended_results_ = 0;  ///< since keep() or undo()
     std::uint64_t appended_bytes_ = 0;
+    bool cut_short_ = false;
     std::optional<Digest> snapshot_;
 };
 

@@ -45,7 +45,7 @@ std::array<std::uint64_t, 7> numbers_of(const StoredResult& result) {
 
 std::array<std::uint64_t, 6> numbers_of(const StoredLease& stored) {
     const auto& [lease, worker, range] = stored.lease;
-    return {lease, stored.job, worker, range.light, range.first, range.count};
+    return {lease, stored.job, worker, range.source, range.first, range.count};
 }
 
 std::uint64_t checksum(JobId job, const Snapshot& snapshot) {

@@ -4,6 +4,7 @@
 #include "proto/packing.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 namespace lumenfarm {
@@ -13,28 +14,41 @@ JobSums::JobSums(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepare
       prepared_(std::move(prepared)),
       sums_(prepared_->scene, prepared_->layout),
       kept_(spec_.keep_hits),
-      committed_(prepared_->particles.size()) {}
+      committed_(prepared_->particles.size()),
+      flights_(prepared_->sources() - prepared_->particles.size()),
+      ended_(flights_.subspaces()) {}
 
-bool JobSums::fits(const StagedResult& result) const {
-    std::vector<IntervalSet> covered(committed_.size());
-    const auto& claims = result.done().claims;
-    return std::all_of(claims.begin(), claims.end(), [&](const wire::Claim& claim) {
-        const ParticleRange& range = claim.range;
-        if (range.light >= committed_.size()) return false;
-        const std::uint64_t particles = prepared_->particles[range.light];
-        if (range.first >= particles || range.count > particles - range.first) return false;
-        const std::uint64_t end = range.first + range.count;
-        return !committed_[range.light].overlaps(range.first, end) && covered[range.light].insert(range.first, end);
-    });
+bool JobSums::is_there(const ParticleRange& range) const {
+    if (range.source >= committed_.size() + flights_.subspaces()) return false;
+    const std::uint64_t particles = range.source < committed_.size()
+                                        ? prepared_->particles[range.source]
+                                        : flights_.filed(range.source - static_cast<std::uint32_t>(committed_.size()));
+    return range.first < particles && range.count <= particles - range.first;
 }
 
-void JobSums::merge(const StagedResult& result) {
+bool JobSums::fits(const StagedResult& result) const {
+    std::vector<IntervalSet> covered(prepared_->sources());
+    const auto& claims = result.done().claims;
+    const bool once = std::all_of(claims.begin(), claims.end(), [&](const wire::Claim& claim) {
+        const ParticleRange& range = claim.range;
+        const std::uint64_t end = range.first + range.count;
+        return is_there(range) && !done(range.source).overlaps(range.first, end) &&
+               covered[range.source].insert(range.first, end);
+    });
+    return once && result.closes_with(energy_of(flights_, *prepared_, claims));
+}
+
+std::vector<FlightQueues::Filed> JobSums::merge(const StagedResult& result) {
+    std::vector<FlightQueues::Filed> filed;
     for (const wire::Message& message : result.messages())
         std::visit(
             [&]<class M>(const M& part) {
                 if constexpr (requires { this->merge(part); }) this->merge(part);
+                if constexpr (std::is_same_v<M, wire::ResultFlights>)
+                    filed.push_back(flights_.file(part.subspace, part.flights));
             },
             message);
+    return filed;
 }
 
 void JobSums::merge(const wire::ResultHits& part) {
@@ -55,13 +69,15 @@ void JobSums::merge(const wire::ResultKept& part) {
     for (const KeptHit& hit : part.hits) kept_.offer(hit);
 }
 
-void JobSums::merge(const wire::ResultDone& done) {
-    for (const wire::Claim& claim : done.claims) {
+void JobSums::merge(const wire::ResultDone& result) {
+    const auto lights = static_cast<std::uint32_t>(committed_.size());
+    for (const wire::Claim& claim : result.claims) {
         const ParticleRange& range = claim.range;
-        ensure(committed_[range.light].insert(range.first, range.first + range.count), "a particle is merged once");
+        ensure(done(range.source).insert(range.first, range.first + range.count), "a particle is merged once");
+        if (range.source >= lights) flights_.remove(range.source - lights, range.first, range.count);
     }
-    balance_ += done.balance;
-    time_.trace_s += done.trace_seconds;
+    balance_ += result.balance;
+    time_.trace_s += result.trace_seconds;
 }
 
 Solution JobSums::take(const Digest& scene) {
@@ -70,6 +86,7 @@ Solution JobSums::take(const Digest& scene) {
     solution.spec = spec_;
     solution.committed = std::move(committed_);
     solution.balance = balance_;
+    solution.balance.cut_off += flights_.energy();
     solution.texels = std::move(sums_.texels());
     solution.surfaces = std::move(sums_.surfaces());
     solution.kept = kept_.sorted();
@@ -77,9 +94,16 @@ Solution JobSums::take(const Digest& scene) {
     return solution;
 }
 
+void JobSums::restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended) {
+    flights_ = std::move(flights);
+    ended_ = std::move(ended);
+    restore(std::move(solution));
+}
+
 void JobSums::restore(Solution solution) {
     committed_ = std::move(solution.committed);
     balance_ = solution.balance;
+    balance_.cut_off -= flights_.energy();
     sums_.texels() = std::move(solution.texels);
     sums_.surfaces() = std::move(solution.surfaces);
     kept_ = KeptHits(spec_.keep_hits);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "master/flight_queues.h"
 #include "master/job.h"
 #include "master/staged_result.h"
 
@@ -14,19 +15,25 @@ class JobSums {
 public:
     JobSums(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepared);
 
-    /// Whether the particles that the result covers are the job's, once each, and not merged yet (law 4).
+    /// Whether the particles that the result covers are the job's, once each, and not merged yet (law 4), and its
+    /// balance closes with what its flights brought in (law 5).
     bool fits(const StagedResult& result) const;
-    /// REQUIRES: the result is complete, and fits.
-    void merge(const StagedResult& result);
+    /// Gives what was filed in subspaces. REQUIRES: the result is complete, and fits.
+    std::vector<FlightQueues::Filed> merge(const StagedResult& result);
 
-    /// Everything so far as a solution; this is of no use until restore().
+    /// Everything so far as a solution, in which what is in flight is booked as cut off; this is of no use until
+    /// restore().
     Solution take(const Digest& scene);
-    /// Goes on from a solution of this job, whole or not. REQUIRES: it was made by take() or decoded with the scene.
+    /// Goes on from a solution of this job, whole or not, and what is in flight. REQUIRES: it was made by take() or
+    /// decoded with the scene.
     void restore(Solution solution);
+    void restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended);
 
     const PreparedJob& prepared() const { return *prepared_; }
     const std::shared_ptr<const PreparedJob>& prepared_job() const { return prepared_; }
-    const std::vector<IntervalSet>& committed() const { return committed_; }
+    const std::vector<IntervalSet>& committed() const { return committed_; }  ///< by light
+    const FlightQueues& flights() const { return flights_; }
+    const std::vector<IntervalSet>& ended() const { return ended_; }  ///< flights, by subspace
     const EnergyBalance& balance() const { return balance_; }
     const SolutionTime& time() const { return time_; }
     /// Hits of a higher priority are not kept any more.
@@ -38,12 +45,19 @@ private:
     void merge(const wire::ResultMap& part);
     void merge(const wire::ResultKept& part);
     void merge(const wire::ResultDone& done);
+    bool is_there(const ParticleRange& range) const;
+    IntervalSet& done(std::uint32_t source) {
+        return source < committed_.size() ? committed_[source] : ended_[source - committed_.size()];
+    }
+    const IntervalSet& done(std::uint32_t source) const { return const_cast<JobSums*>(this)->done(source); }
 
     JobSpec spec_;
     std::shared_ptr<const PreparedJob> prepared_;
     LightMap sums_;
     KeptHits kept_;
     std::vector<IntervalSet> committed_;
+    FlightQueues flights_;
+    std::vector<IntervalSet> ended_;
     EnergyBalance balance_;
     SolutionTime time_;
 };

@@ -19,53 +19,60 @@ bool any_overlap(std::span<const Claim> claims) {
     ranges.reserve(claims.size());
     for (const Claim& claim : claims) ranges.push_back(claim.range);
     std::sort(ranges.begin(), ranges.end(), [](const ParticleRange& a, const ParticleRange& b) {
-        return std::pair(a.light, a.first) < std::pair(b.light, b.first);
+        return std::pair(a.source, a.first) < std::pair(b.source, b.first);
     });
     for (std::size_t i = 1; i < ranges.size(); ++i) {
         const ParticleRange& before = ranges[i - 1];
-        if (before.light == ranges[i].light && before.first + before.count > ranges[i].first) return true;
+        if (before.source == ranges[i].source && before.first + before.count > ranges[i].first) return true;
     }
     return false;
 }
 
 }  // namespace
 
-Ledger::Ledger(std::vector<std::uint64_t> particles) : Ledger(particles, {}, {}, 0, 0) {}
+Ledger::Ledger(std::vector<std::uint64_t> particles) : Ledger(particles, particles.size(), {}, {}, 0, 0) {}
 
-Ledger::Ledger(std::vector<std::uint64_t> particles, std::vector<IntervalSet> committed,
+Ledger::Ledger(std::vector<std::uint64_t> particles, std::size_t lights, std::vector<IntervalSet> committed,
                std::span<const GivenLease> leases, double now_s, double deadline_s)
-    : shares_(particles.size()), committed_(std::move(committed)) {
-    committed_.resize(particles.size());
-    arrived_ = committed_;
-    for (std::uint32_t light = 0; light < particles.size(); ++light) {
-        shares_[light].particles = particles[light];
-        particles_in_all_ += particles[light];
-        committed_particles_ += committed_[light].size();
+    : lights_(lights), shares_(particles.size()), committed_by_source_(std::move(committed)) {
+    committed_by_source_.resize(particles.size());
+    arrived_ = committed_by_source_;
+    for (std::uint32_t source = 0; source < particles.size(); ++source) {
+        shares_[source].particles = particles[source];
+        part_of(particles_, source) += particles[source];
+        part_of(committed_, source) += committed_by_source_[source].size();
     }
     for (const GivenLease& lease : leases) restore(lease, now_s, deadline_s);
     find_free();
 }
 
+void Ledger::grow(std::uint32_t queue, std::uint64_t count) {
+    ensure(!is_light(queue) && queue < shares_.size(), "queues grow");
+    shares_[queue].particles += count;
+    particles_.of_queues += count;
+    set_available(queue, shares_[queue].available + count);
+}
+
 /// The lease owes what of it has not arrived.
 void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
     const ParticleRange& range = given.range;
-    if (given.lease == 0 || leases_.contains(given.lease) || range.light >= shares_.size()) return;
-    const std::uint64_t particles = shares_[range.light].particles;
+    if (given.lease == 0 || leases_.contains(given.lease) || range.source >= shares_.size()) return;
+    const std::uint64_t particles = shares_[range.source].particles;
     if (range.first >= particles || range.count > particles - range.first) return;
-    std::vector<Interval> owed = arrived_[range.light].gaps(range.first, range.first + range.count);
+    std::vector<Interval> owed = arrived_[range.source].gaps(range.first, range.first + range.count);
     const auto is_owed_by_another = [&](const Interval& piece) {
         return std::any_of(leases_.begin(), leases_.end(), [&](const auto& entry) {
             const Lease& other = entry.second;
-            return other.light == range.light && std::any_of(other.owed.begin(), other.owed.end(), [&](const auto& o) {
-                       return o.begin < piece.end && piece.begin < o.end;
-                   });
+            return other.source == range.source &&
+                   std::any_of(other.owed.begin(), other.owed.end(),
+                               [&](const auto& o) { return o.begin < piece.end && piece.begin < o.end; });
         });
     };
     if (owed.empty() || std::any_of(owed.begin(), owed.end(), is_owed_by_another)) {
         ended_.push_back(given.lease);
         return;
     }
-    leases_.emplace(given.lease, Lease{given.worker, range.light, now_s, deadline_s, 0, {}, 0, std::move(owed)});
+    leases_.emplace(given.lease, Lease{given.worker, range.source, now_s, deadline_s, 0, {}, 0, std::move(owed)});
 }
 
 /// What is neither leased nor has arrived.
@@ -73,30 +80,42 @@ void Ledger::find_free() {
     std::vector<IntervalSet> bound = arrived_;
     for (const auto& [id, lease] : leases_)
         for (const Interval& piece : lease.owed)
-            ensure(bound[lease.light].insert(piece.begin, piece.end), "a particle is leased once");
-    for (std::uint32_t light = 0; light < shares_.size(); ++light) {
-        LightShare& share = shares_[light];
-        const auto taken = bound[light].intervals();
+            ensure(bound[lease.source].insert(piece.begin, piece.end), "a particle is leased once");
+    for (std::uint32_t source = 0; source < shares_.size(); ++source) {
+        Share& share = shares_[source];
+        const auto taken = bound[source].intervals();
         share.next = taken.empty() ? 0 : taken.back().end;
-        share.returned = bound[light].gaps(0, share.next);
+        share.returned = bound[source].gaps(0, share.next);
         std::reverse(share.returned.begin(), share.returned.end());  // given out from the back
-        set_available(light, share.particles - bound[light].size());
+        set_available(source, share.particles - bound[source].size());
     }
 }
 
-void Ledger::set_available(std::uint32_t light, std::uint64_t available) {
-    LightShare& share = shares_[light];
+void Ledger::set_available(std::uint32_t source, std::uint64_t available) {
+    Share& share = shares_[source];
+    unleased_ += available - share.available;
+    if (!is_light(source)) {
+        queued_ += available - share.available;
+        by_length_.erase({share.available, source});
+        share.available = available;
+        if (available > 0) by_length_.emplace(available, source);
+        return;
+    }
     const auto key = [&] {
         const double given = static_cast<double>(share.particles - share.available);
-        return std::pair(given / static_cast<double>(share.particles), light);
+        return std::pair(given / static_cast<double>(share.particles), source);
     };
     if (share.available > 0) by_fraction_.erase(key());
-    unleased_ += available - share.available;
     share.available = available;
     if (available > 0) by_fraction_.insert(key());
 }
 
-Interval Ledger::take(LightShare& share, std::uint64_t count) {
+std::optional<std::uint32_t> Ledger::next_light() const {
+    if (by_fraction_.empty()) return std::nullopt;
+    return by_fraction_.begin()->second;
+}
+
+Interval Ledger::take(Share& share, std::uint64_t count) {
     if (share.returned.empty()) {
         const Interval taken{share.next, std::min(share.particles, share.next + count)};
         share.next = taken.end;
@@ -110,11 +129,11 @@ Interval Ledger::take(LightShare& share, std::uint64_t count) {
 }
 
 std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands hands, std::uint64_t count,
-                                              double now_s, double deadline_s) {
+                                              double now_s, double deadline_s, std::optional<std::uint32_t> source) {
     ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
     if (const auto lost = lost_.take(now_s, hands == Hands::empty, count)) {
         leases_.emplace(id, Lease{worker,
-                                  lost->range.light,
+                                  lost->range.source,
                                   now_s,
                                   deadline_s,
                                   0,
@@ -123,12 +142,13 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
                                   {interval_of(lost->range)}});
         return NewLease{lost->range, lost->alone()};
     }
-    if (by_fraction_.empty()) return std::nullopt;
-    const std::uint32_t light = by_fraction_.begin()->second;
-    const Interval taken = take(shares_[light], std::min(count, shares_[light].available));
-    set_available(light, shares_[light].available - (taken.end - taken.begin));
-    leases_.emplace(id, Lease{worker, light, now_s, deadline_s, 0, {}, 0, {taken}});
-    return NewLease{{light, taken.begin, taken.end - taken.begin}};
+    if (!source) source = next_light();
+    if (!source || shares_[*source].available == 0) return std::nullopt;
+    Share& share = shares_[*source];
+    const Interval taken = take(share, std::min(count, share.available));
+    set_available(*source, share.available - (taken.end - taken.begin));
+    leases_.emplace(id, Lease{worker, *source, now_s, deadline_s, 0, {}, 0, {taken}});
+    return NewLease{{*source, taken.begin, taken.end - taken.begin}};
 }
 
 std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
@@ -144,24 +164,28 @@ std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, 
     Lease& straggler = oldest->second;
     const Interval owed = straggler.owed.front();
     straggler.twin = id;
-    leases_.emplace(
-        id,
-        Lease{
-            worker, straggler.light, now_s, deadline_s, oldest->first, straggler.lost_with, straggler.retries, {owed}});
-    return NewLease{{straggler.light, owed.begin, owed.end - owed.begin}, straggler.lost_with.size() > 1};
+    leases_.emplace(id, Lease{worker,
+                              straggler.source,
+                              now_s,
+                              deadline_s,
+                              oldest->first,
+                              straggler.lost_with,
+                              straggler.retries,
+                              {owed}});
+    return NewLease{{straggler.source, owed.begin, owed.end - owed.begin}, straggler.lost_with.size() > 1};
 }
 
 ClaimVerdict Ledger::check_one(WorkerId worker, const Claim& claim) const {
     const ParticleRange& range = claim.range;
-    if (range.light >= shares_.size() || range.count == 0) return ClaimVerdict::invalid;
-    const std::uint64_t particles = shares_[range.light].particles;
+    if (range.source >= shares_.size() || range.count == 0) return ClaimVerdict::invalid;
+    const std::uint64_t particles = shares_[range.source].particles;
     if (range.first >= particles || range.count > particles - range.first) return ClaimVerdict::invalid;
     const Interval part = interval_of(range);
-    if (committed_[range.light].overlaps(part.begin, part.end)) return ClaimVerdict::already_committed;
-    if (arrived_[range.light].overlaps(part.begin, part.end)) return ClaimVerdict::being_stored;
+    if (committed_by_source_[range.source].overlaps(part.begin, part.end)) return ClaimVerdict::already_committed;
+    if (arrived_[range.source].overlaps(part.begin, part.end)) return ClaimVerdict::being_stored;
     const auto found = leases_.find(claim.lease);
     if (found == leases_.end() || found->second.worker != worker) return ClaimVerdict::stale;
-    if (found->second.light != range.light) return ClaimVerdict::invalid;
+    if (found->second.source != range.source) return ClaimVerdict::invalid;
     const auto& owed = found->second.owed;
     const bool owes = std::any_of(owed.begin(), owed.end(), [&](const Interval& piece) { return inside(part, piece); });
     return owes ? ClaimVerdict::current : ClaimVerdict::invalid;
@@ -179,7 +203,7 @@ ClaimVerdict Ledger::check(WorkerId worker, std::span<const Claim> claims) const
 void Ledger::store(std::span<const Claim> claims) {
     for (const Claim& claim : claims) {
         const Interval done = interval_of(claim.range);
-        ensure(arrived_[claim.range.light].insert(done.begin, done.end), "a particle is stored once");
+        ensure(arrived_[claim.range.source].insert(done.begin, done.end), "a particle is stored once");
         const auto found = leases_.find(claim.lease);
         ensure(found != leases_.end(), "a claim that is stored has a lease");
         const LeaseId twin = found->second.twin;
@@ -191,28 +215,37 @@ void Ledger::store(std::span<const Claim> claims) {
 void Ledger::commit(std::span<const Claim> claims) {
     for (const Claim& claim : claims) {
         const Interval done = interval_of(claim.range);
-        ensure(arrived_[claim.range.light].covers(done.begin, done.end), "what is committed was stored");
-        ensure(committed_[claim.range.light].insert(done.begin, done.end), "a particle is committed once");
-        committed_particles_ += claim.range.count;
+        ensure(arrived_[claim.range.source].covers(done.begin, done.end), "what is committed was stored");
+        ensure(committed_by_source_[claim.range.source].insert(done.begin, done.end), "a particle is committed once");
+        part_of(committed_, claim.range.source) += claim.range.count;
     }
 }
 
 void Ledger::retract(std::vector<IntervalSet> committed) {
-    committed.resize(committed_.size());
-    for (std::uint32_t light = 0; light < committed_.size(); ++light) {
-        IntervalSet arrived = committed[light];
-        for (const Interval& piece : arrived_[light].intervals())
-            for (const Interval& on_its_way : committed_[light].gaps(piece.begin, piece.end))
+    committed.resize(committed_by_source_.size());
+    for (std::uint32_t source = 0; source < committed.size(); ++source) {
+        IntervalSet arrived = committed[source];
+        for (const Interval& piece : arrived_[source].intervals())
+            for (const Interval& on_its_way : committed_by_source_[source].gaps(piece.begin, piece.end))
                 ensure(arrived.insert(on_its_way.begin, on_its_way.end), "what is left was committed");
-        for (const Interval& piece : committed_[light].intervals())
-            for (const Interval& taken : committed[light].gaps(piece.begin, piece.end)) {
-                committed_particles_ -= taken.end - taken.begin;
-                shares_[light].returned.push_back(taken);
-                set_available(light, shares_[light].available + (taken.end - taken.begin));
+        for (const Interval& piece : committed_by_source_[source].intervals())
+            for (const Interval& taken : committed[source].gaps(piece.begin, piece.end)) {
+                part_of(committed_, source) -= taken.end - taken.begin;
+                shares_[source].returned.push_back(taken);
+                set_available(source, shares_[source].available + (taken.end - taken.begin));
             }
-        arrived_[light] = std::move(arrived);
-        committed_[light] = std::move(committed[light]);
+        arrived_[source] = std::move(arrived);
+        committed_by_source_[source] = std::move(committed[source]);
     }
+}
+
+void Ledger::restart() {
+    std::vector<LeaseId> ended = take_ended();
+    std::vector<std::uint64_t> particles(shares_.size());
+    for (const auto& [id, lease] : leases_) ended.push_back(id);
+    for (std::size_t light = 0; light < lights_; ++light) particles[light] = shares_[light].particles;
+    *this = Ledger(std::move(particles), lights_, {}, {}, 0, 0);
+    ended_ = std::move(ended);
 }
 
 /// Removes `done` from what the lease owes; a lease that owes nothing ends.
@@ -254,8 +287,8 @@ void Ledger::release(LeaseId id) {
     if (found == leases_.end()) return;
     const Lease& lease = found->second;
     for (const Interval& piece : owed_alone(lease)) {
-        shares_[lease.light].returned.push_back(piece);
-        set_available(lease.light, shares_[lease.light].available + (piece.end - piece.begin));
+        shares_[lease.source].returned.push_back(piece);
+        set_available(lease.source, shares_[lease.source].available + (piece.end - piece.begin));
     }
     end(found);
 }
@@ -267,7 +300,7 @@ void Ledger::lose(LeaseId id, double now_s) {
     std::vector<WorkerId> lost_with = lease.lost_with;
     lost_with.push_back(lease.worker);
     for (const Interval& piece : owed_alone(lease))
-        lost_.add({{lease.light, piece.begin, piece.end - piece.begin}, lost_with, lease.retries, 0}, now_s);
+        lost_.add({{lease.source, piece.begin, piece.end - piece.begin}, lost_with, lease.retries, 0}, now_s);
     if (const auto twin = leases_.find(lease.twin); twin != leases_.end()) twin->second.lost_with = lost_with;
     end(found);
 }
@@ -300,7 +333,7 @@ std::uint64_t Ledger::expire(double now_s) {
 }
 
 std::uint64_t Ledger::leased_particles() const {
-    return particles_in_all_ - committed_particles_ - unleased_ - lost_.waiting_particles() -
+    return particles_.in_all() - committed_.in_all() - unleased_ - lost_.waiting_particles() -
            lost_.set_aside_particles();
 }
 

@@ -14,7 +14,8 @@
 #include <vector>
 
 /// Who traces which particles of one job, and which are done (law 4). A particle is free, leased, stored (its result
-/// has arrived and is on its way to the disk) or committed. Knows no clock: times are seconds of the caller's.
+/// has arrived and is on its way to the disk) or committed. Those of a light are there from the start; behind the
+/// lights may stand queues, of particles in flight, that grow. Knows no clock: times are seconds of the caller's.
 namespace lumenfarm {
 
 /// The master's epoch when it was given, and below it a number that counts up in that epoch.
@@ -36,7 +37,7 @@ enum class ClaimVerdict {
     stale,              ///< the lease ended, or is another worker's
     being_stored,       ///< they are on their way to the disk, from this worker or another
     already_committed,  ///< another worker was first
-    invalid,            ///< outside the light, the lease, or twice in one result
+    invalid,            ///< outside the source, the lease, or twice in one result
 };
 
 /// A lease as it was given. What of it was committed since is not part of this.
@@ -51,9 +52,13 @@ public:
     /// `particles[l]` is what light l has to emit in all.
     explicit Ledger(std::vector<std::uint64_t> particles);
     /// Goes on where an earlier one ended: with what was committed and who had which leases. A lease that reaches
-    /// outside its light, or that another one has already, is left out.
-    Ledger(std::vector<std::uint64_t> particles, std::vector<IntervalSet> committed, std::span<const GivenLease> leases,
-           double now_s, double deadline_s);
+    /// outside its source, or that another one has already, is left out. Sources from `lights` on are queues, with what
+    /// was filed in them so far.
+    Ledger(std::vector<std::uint64_t> particles, std::size_t lights, std::vector<IntervalSet> committed,
+           std::span<const GivenLease> leases, double now_s, double deadline_s);
+
+    /// So many more are filed in a queue.
+    void grow(std::uint32_t queue, std::uint64_t count);
 
     /// For whom a set is: a worker that has nothing in hand may get one that is suspected of killing workers.
     enum class Hands : bool { full, empty };
@@ -63,11 +68,15 @@ public:
     };
     /// Whether lease() has something.
     bool has_set(Hands hands, double now_s) const { return unleased_ > 0 || lost_.ready(now_s, hands == Hands::empty); }
-    /// Leases up to `count` consecutive particles: lost ones whose wait is over; else of the light of which the
-    /// smallest fraction has been given out, so that an interrupted job is fair to its lights. Empty when there is
-    /// nothing. REQUIRES: count > 0, a new id.
+    /// The light of which the smallest fraction has been given out, so that an interrupted job is fair to its lights;
+    /// none: all is given out.
+    std::optional<std::uint32_t> next_light() const;
+    /// Queues that have something to give: (how much, source), ascending.
+    const std::set<std::pair<std::uint64_t, std::uint32_t>>& queues() const { return by_length_; }
+    /// Leases up to `count` consecutive particles: lost ones whose wait is over; else of the source, or where none is
+    /// named of next_light(). Empty when there is nothing. REQUIRES: count > 0, a new id.
     std::optional<NewLease> lease(LeaseId id, WorkerId worker, Hands hands, std::uint64_t count, double now_s,
-                                  double deadline_s);
+                                  double deadline_s, std::optional<std::uint32_t> source = {});
     /// Leases what a straggler still owes a second time: the oldest lease of another worker that was given before
     /// `given_before_s` and has no twin yet. The first commit wins.
     std::optional<NewLease> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
@@ -83,6 +92,9 @@ public:
 
     /// Only these are committed; the others are to be traced again. REQUIRES: they are committed now.
     void retract(std::vector<IntervalSet> committed);
+
+    /// Nothing was ever given out, and the queues are empty. Leases end.
+    void restart();
 
     /// Takes a lease back; what it owes is given out again unless its twin still has it. Unknown ids are ignored.
     void release(LeaseId id);
@@ -105,6 +117,8 @@ public:
     bool has_lease(WorkerId worker) const;
     std::uint64_t outstanding() const { return leases_.size(); }
     std::uint64_t unleased() const { return unleased_; }  ///< particles to give out, but for lost ones
+    std::uint64_t queued() const { return queued_; }      ///< of those, in queues
+    std::uint64_t waiting(std::uint32_t source) const { return shares_[source].available; }
     const LostSets& lost() const { return lost_; }
     /// Particles that workers have, or whose results are on their way to the disk.
     std::uint64_t leased_particles() const;
@@ -113,12 +127,14 @@ public:
     /// Nothing is left but particles that were set aside.
     bool only_set_aside_left() const {
         return !lost_.set_aside().empty() && leases_.empty() &&
-               committed_particles_ + lost_.set_aside_particles() == particles_in_all_;
+               committed_.in_all() + lost_.set_aside_particles() == particles_.in_all();
     }
-    std::uint64_t particles() const { return particles_in_all_; }
-    std::uint64_t committed_particles() const { return committed_particles_; }
-    bool complete() const { return committed_particles_ == particles_in_all_; }
-    const std::vector<IntervalSet>& committed() const { return committed_; }
+    std::size_t lights() const { return lights_; }
+    std::uint64_t particles() const { return particles_.of_lights; }
+    std::uint64_t committed_particles() const { return committed_.of_lights; }
+    /// Every particle is committed, and none is in flight.
+    bool complete() const { return committed_.in_all() == particles_.in_all(); }
+    const std::vector<IntervalSet>& committed() const { return committed_by_source_; }
     /// What of the books can't be: a particle in two states or in none, a sum that is wrong. Nothing when all is well.
     /// Reads everything; for tests.
     std::optional<std::string> contradiction() const;
@@ -126,7 +142,7 @@ public:
 private:
     struct Lease {
         WorkerId worker = 0;
-        std::uint32_t light = 0;
+        std::uint32_t source = 0;
         double given_s = 0;
         double deadline_s = 0;
         LeaseId twin = 0;                 ///< 0: none
@@ -134,17 +150,26 @@ private:
         std::uint32_t retries = 0;        ///< of its particles, after they were set aside
         std::vector<IntervalSet::Interval> owed;
     };
-    struct LightShare {
+    struct Share {
         std::uint64_t particles = 0;
         std::uint64_t next = 0;                       ///< from here on nothing was ever given out
         std::vector<IntervalSet::Interval> returned;  ///< given out once, and taken back
         std::uint64_t available = 0;
     };
 
+    struct Count {
+        std::uint64_t of_lights = 0, of_queues = 0;
+        std::uint64_t in_all() const { return of_lights + of_queues; }
+    };
+
+    bool is_light(std::uint32_t source) const { return source < lights_; }
+    std::uint64_t& part_of(Count& count, std::uint32_t source) const {
+        return is_light(source) ? count.of_lights : count.of_queues;
+    }
     void restore(const GivenLease& lease, double now_s, double deadline_s);
     void find_free();
-    IntervalSet::Interval take(LightShare& share, std::uint64_t count);
-    void set_available(std::uint32_t light, std::uint64_t available);
+    IntervalSet::Interval take(Share& share, std::uint64_t count);
+    void set_available(std::uint32_t source, std::uint64_t available);
     void end(std::map<LeaseId, Lease>::iterator lease);
     /// What of the lease nobody else owes.
     std::vector<IntervalSet::Interval> owed_alone(const Lease& lease) const;
@@ -152,16 +177,19 @@ private:
     void cut(LeaseId id, const IntervalSet::Interval& done);
     ClaimVerdict check_one(WorkerId worker, const Claim& claim) const;
 
-    std::vector<LightShare> shares_;
-    std::set<std::pair<double, std::uint32_t>> by_fraction_;  ///< lights with something to give
+    std::size_t lights_ = 0;
+    std::vector<Share> shares_;                                    ///< by source, as the following
+    std::set<std::pair<double, std::uint32_t>> by_fraction_;       ///< lights with something to give
+    std::set<std::pair<std::uint64_t, std::uint32_t>> by_length_;  ///< queues with something to give
     std::map<LeaseId, Lease> leases_;
     std::vector<IntervalSet> arrived_;  ///< being stored, or committed
-    std::vector<IntervalSet> committed_;
+    std::vector<IntervalSet> committed_by_source_;
     LostSets lost_;
     std::vector<LeaseId> ended_;
     std::uint64_t unleased_ = 0;
-    std::uint64_t particles_in_all_ = 0;
-    std::uint64_t committed_particles_ = 0;
+    std::uint64_t queued_ = 0;
+    Count particles_;
+    Count committed_;
 };
 
 }  // namespace lumenfarm

@@ -17,7 +17,7 @@ namespace {
 std::vector<ParticleRange> ranges_of(const wire::ResultDone& done) {
     std::map<std::uint32_t, IntervalSet> by_light;
     for (const wire::Claim& claim : done.claims)
-        by_light[claim.range.light].insert(claim.range.first, claim.range.first + claim.range.count);
+        by_light[claim.range.source].insert(claim.range.first, claim.range.first + claim.range.count);
     std::vector<ParticleRange> ranges;
     for (const auto& [light, intervals] : by_light)
         for (const auto& interval : intervals.intervals())
@@ -66,7 +66,7 @@ bool MasterCore::take_audit(Session& session, StagedResult& result, wire::Result
     Outcome outcome;
     if (!audit || audits_.job(*audit) != job) {
         outcome = {wire::Verdict::stale, "it covers particles that this worker was not to trace again"};
-    } else if (const auto whole = result.complete(std::move(done)); !whole) {
+    } else if (const auto whole = result.complete(jobs_.at(job).active->prepared(), std::move(done)); !whole) {
         outcome = {result.blameless() ? wire::Verdict::stale : wire::Verdict::invalid, whole.error().sentence};
     }
     if (outcome.verdict != wire::Verdict::accepted) {

@@ -140,7 +140,9 @@ void MasterCore::cancel_job(Job& job, double now_s) {
     record.cancel_asked = true;
     record.status.state = JobState::running;
     store_record(job);
-    wind_up(job, now_s);
+    job.end_by_s = now_s + limits::finish_seconds;
+    if (job.phase != Phase::running || !drains(job)) wind_up(job, now_s);
+    end_if_finished(job, now_s);
 }
 
 /// A job that has begun goes on from what it has: that is prepared anew, with more particles to each light.

@@ -64,9 +64,9 @@ public:
     Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
     Effects on_prepared(JobId job, Result<RecoveredJob> recovered, double now_s);
     // Errors of the following: no_space (the same is asked for again, later). The master does not outlive others.
-    /// `stored`: the keep threshold of each job that has results among the tickets.
-    Effects on_results_stored(std::span<const std::uint64_t> tickets,
-                              const Result<std::map<JobId, std::uint64_t>>& stored, double now_s);
+    /// `stored`: what became of each job that has results among the tickets.
+    Effects on_results_stored(std::span<const std::uint64_t> tickets, const Result<std::map<JobId, Merged>>& stored,
+                              double now_s);
     Effects on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s);
     Effects on_put_aside(const PutAside& aside, double now_s);
     Effects on_removed(const RemoveJob& remove, const Result<void>& removed, double now_s);
@@ -166,6 +166,7 @@ private:
     template <class Part>
     void on_part(Session& session, Part part);
     void on(Session& session, wire::ResultDone& done, double now_s);
+    void on(Session& session, const wire::PartsHeld& held, double now_s);
     void answer(WorkerId worker, JobId job, std::uint64_t result, const Outcome& outcome, double now_s);
     void tell(Session& session, Worker& worker, Job& job);
     void drop_open(Worker& worker);
@@ -178,6 +179,14 @@ private:
     bool give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                   double now_s);
     LeaseId new_lease();
+
+    // which subspace a worker gets (master_subspaces.cpp)
+    std::optional<std::uint32_t> next_source(const Job& job, const Worker& worker) const;
+    static std::uint64_t particles_per_set_max(const Job& job, const Session& session, std::uint32_t source);
+    static bool drains(const Job& job);
+    static bool has_drained(const Job& job);
+
+    // workers (master_work.cpp)
     void give_twins(double now_s);
     void give_twin(Session& session, Worker& worker, double now_s);
     void send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,

@@ -93,7 +93,9 @@ void MasterCore::prepare_next(double now_s) {
     if (!next) return;
     if (active < limits::active_jobs_max) {
         next->phase = Phase::preparing;
-        if (!next->record.begun) next->record.audited = policy_.audit_fraction > 0;
+        // what a worker gives back depends on the subspaces that it has: two results of one set are not the same
+        if (!next->record.begun)
+            next->record.audited = policy_.audit_fraction > 0 && next->record.spec.strategy == Strategy::sets;
         return effects_.push_back(Prepare{next->record});
     }
     // the least of those that run makes room for one that should go before it; one at a time
@@ -131,7 +133,8 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     job->active =
         std::make_unique<ActiveJob>(record.spec, std::move(*recovered), now_s, now_s + limits::restart_seconds);
     const bool extended = job->active->ledger().particles() != record.spec.particles;
-    job->phase = record.cancel_asked || record.paused || extended ? Phase::ending : Phase::running;
+    const bool ends = record.paused || extended || (record.cancel_asked && !drains(*job));
+    job->phase = ends ? Phase::ending : Phase::running;
     job->end_by_s = now_s + limits::finish_seconds;
     job->snapshot_s = now_s;
     job->resumes = false;
@@ -167,7 +170,8 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     if (job.phase != Phase::running && job.phase != Phase::ending) return;
     if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
-    const bool waited = job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s);
+    const bool drained = job.phase == Phase::running && drains(job) && has_drained(job);
+    const bool waited = drained || (job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s));
     // nobody waits for audits in an end; where two already contradict each other that is decided when the job goes on
     if (waited) count(Discard::audit_hopeless, audits_.drop_undisputed(job.record.id()), "the job was interrupted");
     if (waited && job.record.cancel_asked)
@@ -282,6 +286,7 @@ void MasterCore::tell_gone(Job& job) {
         if (!worker) continue;
         worker->declined.erase(job.record.id());
         worker->paces.erase(job.record.id());
+        worker->parts.erase(job.record.id());
         std::erase_if(worker->held, [&](const auto& lease) { return lease.second == job.record.id(); });
         const std::size_t knew = worker->told.erase(job.record.id()) + worker->awaited.erase(job.record.id());
         if (knew > 0) send(id, wire::JobGone(job.record.id()));

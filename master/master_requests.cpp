@@ -24,9 +24,6 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, wire::Submit su
         return send(session, wire::SubmitReply(known->id(), {}), request_id);
     if (const auto good = validate(submit.spec); !good)
         return refuse(session, request_id, RefusalReason::bad_request, good.error().sentence);
-    if (submit.spec.strategy != Strategy::sets)
-        return refuse(session, request_id, RefusalReason::bad_request,
-                      "strategy subspaces is not supported by this master");
     if (jobs_.size() >= limits::jobs_max || admissions_.size() >= limits::admissions_max)
         return refuse(session, request_id, RefusalReason::full, "this master takes no more jobs now");
     Admit admit;

@@ -25,7 +25,7 @@ void MasterCore::store(Session& session, Job& job, StagedResult result) {
 bool MasterCore::wait_for(WorkerId worker, const wire::ResultDone& done) {
     const auto covers = [&](const wire::Claim& claim, const wire::ResultDone& other) {
         return std::any_of(other.claims.begin(), other.claims.end(), [&](const wire::Claim& theirs) {
-            return theirs.range.light == claim.range.light &&
+            return theirs.range.source == claim.range.source &&
                    theirs.range.first < claim.range.first + claim.range.count &&
                    claim.range.first < theirs.range.first + theirs.range.count;
         });
@@ -48,20 +48,22 @@ bool MasterCore::wait_for(WorkerId worker, const wire::ResultDone& done) {
 }
 
 Effects MasterCore::on_results_stored(std::span<const std::uint64_t> tickets,
-                                      const Result<std::map<JobId, std::uint64_t>>& stored, double now_s) {
+                                      const Result<std::map<JobId, Merged>>& stored, double now_s) {
     if (!stored) {
         for (const std::uint64_t ticket : tickets) storing_.at(ticket).waiting_for_space = true;
         if (!tickets.empty()) await_space(stored.error(), now_s);
         return settle_and_take(now_s);
     }
     if (!tickets.empty()) has_space(now_s);
-    for (const std::uint64_t ticket : tickets) commit(ticket, now_s);
-    for (const auto& [id, threshold] : *stored) {
+    for (const auto& [id, merged] : *stored) {
         Job* job = find(id);
         if (!job || !job->active) continue;
-        job->active->set_keep_threshold(threshold);
-        end_if_finished(*job, now_s);
+        for (const FlightQueues::Filed& filed : merged.filed) job->active->file(filed);
+        job->active->set_keep_threshold(merged.keep_threshold);
     }
+    for (const std::uint64_t ticket : tickets) commit(ticket, now_s);
+    for (const auto& [id, merged] : *stored)
+        if (Job* job = find(id); job && job->active) end_if_finished(*job, now_s);
     return settle_and_take(now_s);
 }
 
@@ -71,6 +73,7 @@ void MasterCore::commit(std::uint64_t ticket, double now_s) {
     Job& job = jobs_.at(storing.job);
     --job.results_on_their_way;
     job.active->commit(*storing.result);
+    if (job.phase == Phase::running) job.end_by_s = now_s + limits::finish_seconds;  // should it drain
     if (job.contributors.size() < limits::sessions_max) job.contributors.insert(storing.machine);
     if (policy_.audit_fraction > 0) audit(job, storing, ticket, now_s);
     answer(storing.worker, storing.job, storing.result->number(), {}, now_s);

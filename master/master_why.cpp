@@ -15,7 +15,7 @@ std::string name_of(JobId job) { return "job " + std::to_string(job); }
 std::string set_aside_text(const wire::JobStatus& status) {
     if (status.set_aside.empty()) return {};
     const ParticleRange& range = status.set_aside.front();
-    const std::string light = std::to_string(range.light);
+    const std::string light = std::to_string(range.source);
     const std::string particles = std::to_string(range.first) + ".." + std::to_string(range.first + range.count - 1);
     const std::size_t more = status.set_aside.size() - 1;
     return counted(limits::losses_max, "worker") + " were lost with particles " + particles + " of light " + light +

@@ -108,6 +108,15 @@ void MasterCore::on_part(Session& session, Part part) {
 template void MasterCore::on_part(Session&, wire::ResultHits);
 template void MasterCore::on_part(Session&, wire::ResultMap);
 template void MasterCore::on_part(Session&, wire::ResultKept);
+template void MasterCore::on_part(Session&, wire::ResultFlights);
+
+/// What a worker has of a job is what it is preferred for.
+void MasterCore::on(Session& session, const wire::PartsHeld& held, double) {
+    Worker& worker = *session.worker();
+    const Job* job = find(held.job);
+    if (!job || !job->active || !worker.told.contains(held.job)) return;
+    worker.parts[held.job] = {{held.subspaces.begin(), held.subspaces.end()}, held.room_triangles};
+}
 
 void MasterCore::drop_open(Worker& worker) {
     if (!worker.open) return;
@@ -135,8 +144,10 @@ void MasterCore::on(Session& session, wire::ResultDone& done, double now_s) {
         job->active->take_back(session.instance(), claims_of(done));
     }
     if (outcome->verdict == wire::Verdict::accepted) {
-        worker.paces[done.job].learn(done.balance.particles, done.trace_seconds);
-        worker.particles += done.balance.particles;
+        std::uint64_t traced = 0;
+        for (const wire::Claim& claim : result.done().claims) traced += claim.range.count;
+        worker.paces[result.job()].learn(traced, result.done().trace_seconds);
+        worker.particles += result.done().balance.particles;
         return store(session, *job, std::move(result));
     }
     JobRecord& record = job->record;
@@ -242,10 +253,17 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
     if (!job) return false;
     Ledger& ledger = job->active->ledger();
     const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};
-    const std::uint64_t size = next_set_size(policy, worker.paces[job->record.id()],
-                                             ledger.unleased() + ledger.lost().waiting_particles(), farm_threads);
+    std::uint64_t size = next_set_size(policy, worker.paces[job->record.id()],
+                                       ledger.unleased() + ledger.lost().waiting_particles(), farm_threads);
+    std::optional<std::uint32_t> source = ledger.next_light();
+    if (job->active->prepared().subspaces) {
+        source = next_source(*job, worker);
+        if (!source && !ledger.lost().ready(now_s, hands == Ledger::Hands::empty)) return false;
+        size = std::min(size, particles_per_set_max(*job, session, source.value_or(none)));
+    }
     const LeaseId id = new_lease();
-    const auto given = ledger.lease(id, session.instance(), hands, size, now_s, now_s + limits::lease_seconds);
+    const auto given = ledger.lease(id, session.instance(), hands, size, now_s, now_s + limits::lease_seconds, source);
+    if (!given) return false;
     if (given->alone) worker.alone = id;
     send_lease(session, worker, *job, id, given->range, now_s);
     return true;
@@ -301,8 +319,9 @@ void MasterCore::tell(Session& session, Worker& worker, Job& job) {
     if (!worker.told.insert(id).second) return;
     JobSpec spec = job.record.spec;
     spec.packing = job.active->packing();
-    send(session.id, wire::JobInfo(id, job.record.status.scene, job.record.scene_bytes, std::move(spec),
-                                   job.active->prepared().texel_m, policy_.flush_seconds));
+    const WorkerFiles& files = job.active->files();
+    send(session.id, wire::JobInfo(id, files.first, files.first_bytes, std::move(spec), job.active->prepared().texel_m,
+                                   policy_.flush_seconds));
 }
 
 void MasterCore::send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
@@ -313,7 +332,9 @@ void MasterCore::send_lease(Session& session, Worker& worker, Job& job, LeaseId 
     --worker.wanted;
     worker.job = id;
     effects_.push_back(StoreLeases{{{id, {lease, session.instance(), range}}}, {}});
-    send(session.id, wire::Lease(lease, policy_.epoch, id, range, job.active->keep_threshold()));
+    wire::Lease message(lease, policy_.epoch, id, range, job.active->keep_threshold());
+    message.flights = job.active->flights(range);
+    send(session.id, std::move(message));
 }
 
 /// Idle workers trace again what stragglers still owe, when nothing else is left to do.

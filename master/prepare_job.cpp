@@ -3,16 +3,29 @@
 #include "common/scene/scene_file.h"
 #include "master/job.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace lumenfarm {
 
 namespace {
 
-std::string describe_octree(const Scene& scene, const Emission& emission) {
+constexpr std::uint32_t automatic_subspaces = 64;
+
+/// With leaves as fine as so many subspaces need, if there can be.
+WeightedOctree weigh(const Scene& scene, const Emission& emission, std::uint32_t subspaces) {
     std::vector<double> shares;
     for (const LightEmission& light : emission.lights) shares.push_back(light.share);
-    const OctreeSummary octree = summarize(scene, make_weighted_octree(scene, {}, shares));
+    OctreeOptions options;
+    WeightedOctree octree = make_weighted_octree(scene, options, shares);
+    for (; Subspaces::most(octree) < subspaces && options.leaf_objects > 1;
+         octree = make_weighted_octree(scene, options, shares))
+        options.leaf_objects /= 2;
+    return octree;
+}
+
+std::string describe(const Scene& scene, const WeightedOctree& weighted) {
+    const OctreeSummary octree = summarize(scene, weighted);
     return "its octree has " + std::to_string(octree.nodes) + " nodes for " + std::to_string(octree.triangles) +
            " triangles, depth " + std::to_string(octree.depth) + ", weight " + std::to_string(octree.total_weight);
 }
@@ -34,7 +47,15 @@ Result<std::shared_ptr<const PreparedJob>> prepare_job(const JobSpec& spec, std:
     if (!layout) return layout.error();
     prepared->layout = std::move(*layout);
     prepared->particles = apportion(prepared->emission, spec.particles);
-    prepared->octree = describe_octree(prepared->scene, prepared->emission);
+    const WeightedOctree octree = weigh(prepared->scene, prepared->emission, spec.subspaces);
+    prepared->octree = describe(prepared->scene, octree);
+    if (spec.strategy == Strategy::subspaces) {
+        const auto most =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(Subspaces::most(octree), automatic_subspaces));
+        auto subspaces = Subspaces::cut(octree, spec.subspaces > 0 ? spec.subspaces : most);
+        if (!subspaces) return subspaces.error();
+        prepared->subspaces = std::move(*subspaces);
+    }
     return std::shared_ptr<const PreparedJob>(std::move(prepared));
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "common/solution/interval_set.h"
+#include "common/transport/scene_plan.h"
+#include "master/flight_queues.h"
 #include "master/job.h"
 #include "master/job_store.h"
 
@@ -18,6 +20,12 @@ struct JobEffort {
     std::uint32_t workers = 0;
 };
 
+/// What the merging of results did to a job.
+struct Merged {
+    std::uint64_t keep_threshold = 0;
+    std::vector<FlightQueues::Filed> filed;  ///< in subspaces, in order
+};
+
 /// What is left of a job after results were retracted.
 struct Retracted {
     std::vector<IntervalSet> committed;  ///< by light
@@ -26,10 +34,19 @@ struct Retracted {
     std::uint64_t keep_threshold = 0;
 };
 
+/// What workers of a job fetch first: the scene, or its plan, whose parts follow (scene_plan.h).
+struct WorkerFiles {
+    Digest first;
+    std::uint64_t first_bytes = 0;
+    std::vector<PartFile> parts;  ///< by subspace
+};
+
 /// A job that may begin, or go on where an earlier life of the master left it.
 struct RecoveredJob {
     std::shared_ptr<const PreparedJob> prepared;
-    std::vector<IntervalSet> committed;  ///< by light
+    WorkerFiles files;
+    std::vector<IntervalSet> committed;  ///< by source
+    FlightQueues flights;
     EnergyBalance balance;
     double trace_s = 0;
     JobEffort effort;

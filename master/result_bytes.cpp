@@ -34,7 +34,7 @@ private:
     Result<void> take(wire::ResultDone& done) {
         if (complete_ || !of_this(done.job, done.result)) return bad_input("another result begins in it");
         complete_ = true;
-        return result_->complete(std::move(done));
+        return result_->complete(prepared_, std::move(done));
     }
     template <class Other>
     Result<void> take(const Other&) {

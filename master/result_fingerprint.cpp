@@ -10,7 +10,7 @@ namespace lumenfarm {
 namespace {
 
 /// What kind of sum a weight is for.
-enum class Place : std::uint64_t { hit, kept_hit, texel, surface, balance, emitted_by_batch };
+enum class Place : std::uint64_t { hit, kept_hit, texel, surface, balance, emitted_by_batch, flight };
 
 class Fingerprint {
 public:
@@ -36,6 +36,10 @@ public:
         for (const KeptHit& hit : part.hits)
             if (keep_priority(hit) <= keep_threshold_)
                 sum_ += hash(Place::kept_hit, std::as_bytes(std::span(&hit, 1)), 0);
+    }
+    void add(const wire::ResultFlights& part) {
+        for (const wire::FlightRecord& flight : part.flights)
+            sum_ += hash(Place::flight, std::as_bytes(std::span(&flight, 1)), part.subspace);
     }
     void add(const wire::ResultDone& done) {
         const EnergyBalance& balance = done.balance;

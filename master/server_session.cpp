@@ -302,7 +302,7 @@ void MasterServer::Running::commit(bool leases_too) {
     const auto batch = commits_.begin(leases_too);
     if (!batch) return;
     slowly([this, batch] { return storage_->commit(*batch); },
-           [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
+           [this, batch](const Result<std::map<JobId, Merged>>& stored) {
                commits_.end(*batch, stored.has_value());
                if (!stored && !batch->results.empty())
                    spdlog::error("{}; the same is tried again", stored.error().sentence);

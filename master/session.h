@@ -19,6 +19,12 @@ struct Greeting {};
 
 struct Submitter {};
 
+/// Subspaces whose triangles a worker has, and for how many more triangles it has memory.
+struct Parts {
+    std::set<std::uint32_t> held;
+    std::uint64_t room_triangles = 0;
+};
+
 struct Worker {
     std::uint32_t wanted = 0;       ///< sets that it has room for
     bool leases_stated = false;     ///< its first Progress has come
@@ -27,9 +33,10 @@ struct Worker {
     std::set<JobId> told;           ///< jobs it has a JobInfo of
     std::set<JobId> declined;       ///< jobs it can't do
     std::optional<StagedResult> open;
-    JobId job = 0;                ///< of its newest lease
-    LeaseId alone = 0;            ///< a lease beside which it gets nothing else, while it lasts
-    std::map<JobId, Pace> paces;  ///< by job
+    JobId job = 0;                 ///< of its newest lease
+    LeaseId alone = 0;             ///< a lease beside which it gets nothing else, while it lasts
+    std::map<JobId, Pace> paces;   ///< by job
+    std::map<JobId, Parts> parts;  ///< strategy subspaces
     std::uint64_t particles = 0;
     std::uint32_t invalid_results = 0;
 };

@@ -34,10 +34,10 @@ bool possible_record(const HitRecord& record, const Scene& scene) {
     return valid_record(record, scene) && record.wavelength < wavelength_bins;
 }
 
-/// Bounds from the limits of a path, tight enough that no sum of a job's balances leaves int64.
-bool possible_balance(const EnergyBalance& balance) {
-    if (balance.particles > limits::particles_max || balance.hits > balance.particles * limits::bounces_max)
-        return false;
+/// Bounds from the limits of a path, tight enough that no sum of a job's balances leaves int64. `covered`: particles
+/// that were followed, from their light or in flight.
+bool possible_balance(const EnergyBalance& balance, std::uint64_t covered) {
+    if (covered > limits::particles_max || balance.hits > covered * limits::bounces_max) return false;
     const auto within = [&](std::int64_t sum, std::uint64_t events) {
         constexpr std::int64_t most = std::int64_t{1} << 60;
         return sum >= -most && sum <= most &&
@@ -48,10 +48,16 @@ bool possible_balance(const EnergyBalance& balance) {
         if (emitted < 0 || !within(emitted, balance.particles)) return false;
         by_batch += emitted;
     }
-    const std::uint64_t events = balance.particles + balance.hits;
+    const std::uint64_t events = covered + balance.hits;
     return balance.emitted == by_batch && balance.absorbed >= 0 && within(balance.absorbed, events) &&
            balance.escaped >= 0 && within(balance.escaped, events) && within(balance.cut_off, events) &&
-           balance.closed() && balance.bounce_limited <= balance.particles;
+           balance.bounce_limited <= covered;
+}
+
+bool possible(const wire::FlightRecord& flight, const PreparedJob& prepared) {
+    return wire::possible_flight(flight) && flight.light < prepared.particles.size() &&
+           flight.particle < prepared.particles[flight.light] &&
+           (flight.from_triangle == none || flight.from_triangle < prepared.scene.triangles.size());
 }
 
 }  // namespace
@@ -120,18 +126,42 @@ void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::Result
     messages_.emplace_back(std::move(part));
 }
 
-Result<void> StagedResult::complete(wire::ResultDone done) {
-    if (auto checked = check(done); !checked) return checked;
+void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::ResultFlights part) {
+    if (!next_part(part.part, part.flights.size() * sizeof(wire::FlightRecord))) return;
+    const std::size_t subspaces = prepared.sources() - prepared.particles.size();
+    if (part.subspace >= subspaces)
+        return refuse("particles go on in subspace " + std::to_string(part.subspace) + " of " +
+                      std::to_string(subspaces));
+    for (const wire::FlightRecord& flight : part.flights) {
+        if (!possible(flight, prepared))
+            return refuse("particle " + std::to_string(flight.particle) + " of light " + std::to_string(flight.light) +
+                          " flies in an impossible way");
+        departed_ += flight.energy;
+    }
+    messages_.emplace_back(std::move(part));
+}
+
+Result<void> StagedResult::complete(const PreparedJob& prepared, wire::ResultDone done) {
+    if (auto checked = check(prepared, done); !checked) return checked;
     messages_.emplace_back(std::move(done));
     return {};
 }
 
-Result<void> StagedResult::check(const wire::ResultDone& done) const {
+bool StagedResult::closes_with(std::int64_t entered) const {
+    const EnergyBalance& balance = done().balance;
+    return balance.emitted + entered == balance.absorbed + balance.escaped + balance.cut_off + departed_;
+}
+
+Result<void> StagedResult::check(const PreparedJob& prepared, const wire::ResultDone& done) const {
     if (!fault_.empty()) return failed(fault_);
     if (done.parts != parts_) return failed(std::to_string(parts_) + " parts arrived of " + std::to_string(done.parts));
-    if (!possible_balance(done.balance)) return failed("the energy balance does not close");
-    std::uint64_t particles = 0;
-    for (const wire::Claim& covered : done.claims) particles += covered.range.count;
+    std::uint64_t covered = 0, particles = 0;
+    for (const wire::Claim& claim : done.claims) {
+        covered += claim.range.count;
+        if (claim.range.source < prepared.particles.size()) particles += claim.range.count;
+    }
+    if (!possible_balance(done.balance, covered) || (!prepared.subspaces && !done.balance.closed()))
+        return failed("the energy balance does not close");
     if (particles != done.balance.particles)
         return failed("the balance is of " + std::to_string(done.balance.particles) + " particles, the leases of " +
                       std::to_string(particles));
@@ -139,9 +169,10 @@ Result<void> StagedResult::check(const wire::ResultDone& done) const {
     if (texel_hits != done.balance.hits || surface_hits != done.balance.hits)
         return failed("the balance is of " + std::to_string(done.balance.hits) + " hits, the texels of " +
                       std::to_string(texel_hits) + ", the surfaces of " + std::to_string(surface_hits));
+    if (prepared.subspaces) return {};  // hits of flights are of any light
     for (const wire::Message& message : messages_) {
         const auto* part = std::get_if<wire::ResultHits>(&message);
-        const auto of_light = [&](const wire::Claim& covered) { return covered.range.light == part->light; };
+        const auto of_light = [&](const wire::Claim& claim) { return claim.range.source == part->light; };
         if (part && std::none_of(done.claims.begin(), done.claims.end(), of_light))
             return failed("hits of light " + std::to_string(part->light) + " came without a lease of it");
     }

@@ -21,10 +21,14 @@ public:
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultHits part);
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultMap part);
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultKept part);
+    void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultFlights part);
 
     /// Says whether the parts agree with each other and with what the result states of itself: parts, hits, balance.
     /// If so the result is complete. Errors: failed, with the sentence for the worker.
-    Result<void> complete(wire::ResultDone done);
+    Result<void> complete(const PreparedJob& prepared, wire::ResultDone done);
+    /// Whether what was emitted, and `entered` [ticks] with flights that the result covers, was absorbed, escaped, was
+    /// cut off or departs again (law 5). REQUIRES: complete.
+    bool closes_with(std::int64_t entered) const;
 
     JobId job() const { return job_; }
     std::uint64_t number() const { return number_; }
@@ -35,20 +39,22 @@ public:
     void refuse_blamelessly(std::string sentence);
     bool blameless() const { return blameless_; }
 
-    /// ResultHits, ResultMap and ResultKept as they came; the last one is the ResultDone once the result is complete.
+    /// ResultHits, ResultMap, ResultKept and ResultFlights as they came; the last one is the ResultDone once the result
+    /// is complete.
     const std::vector<wire::Message>& messages() const { return messages_; }
     /// REQUIRES: complete.
     const wire::ResultDone& done() const { return std::get<wire::ResultDone>(messages_.back()); }
 
 private:
     bool next_part(const wire::PartId& part, std::size_t part_bytes);
-    Result<void> check(const wire::ResultDone& done) const;
+    Result<void> check(const PreparedJob& prepared, const wire::ResultDone& done) const;
 
     JobId job_;
     std::uint64_t number_;
     std::uint32_t parts_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t record_hits_ = 0, texel_hits_ = 0, surface_hits_ = 0;
+    std::int64_t departed_ = 0;  ///< ticks
     std::string fault_;
     bool blameless_ = false;
     std::vector<wire::Message> messages_;

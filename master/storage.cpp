@@ -1,6 +1,7 @@
 #include "master/storage.h"
 
 #include "common/support/ensure.h"
+#include "master/plan_files.h"
 
 #include <set>
 #include <utility>
@@ -104,17 +105,53 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
         logs_.erase(job.id());
         return damages.error();
     }
+    // what was left out is not to be found again
+    const JobEffort effort{log.sums().time().total_s, log.sums().time().workers};
+    auto files = files_for_workers(job, **ready);
+    const auto settled = files && log.cut_short() ? snapshot(log, job.id(), effort) : Result<void>();
+    if (!files || !settled) {
+        logs_.erase(job.id());
+        return files ? settled.error() : files.error();
+    }
     const JobSums& sums = log.sums();
     RecoveredJob recovered;
     recovered.prepared = std::move(*ready);
+    recovered.files = std::move(*files);
     recovered.committed = sums.committed();
+    recovered.committed.insert(recovered.committed.end(), sums.ended().begin(), sums.ended().end());
+    recovered.flights = sums.flights();
     recovered.balance = sums.balance();
     recovered.trace_s = sums.time().trace_s;
-    recovered.effort = {sums.time().total_s, sums.time().workers};
+    recovered.effort = effort;
     recovered.keep_threshold = sums.keep_threshold();
     recovered.leases = std::move(kept->leases);
     recovered.damages = std::move(*damages);
     return recovered;
+}
+
+/// The scene, or what stands for it.
+Result<WorkerFiles> Storage::files_for_workers(const JobRecord& job, const PreparedJob& prepared) {
+    if (!prepared.subspaces) return WorkerFiles{job.status.scene, job.scene_bytes, {}};
+    auto files = watched(put_plan(files_, prepared, packing_in_force(job.spec, prepared)));
+    if (files) worker_files_[job.id()] = *files;
+    return files;
+}
+
+/// Nothing of the job is in memory any more, and workers need nothing of it.
+Result<void> Storage::end_log(std::map<JobId, JobLog>::iterator log) {
+    const JobId job = log->first;
+    logs_.erase(log);
+    const auto own = worker_files_.extract(job);
+    if (own.empty()) return {};
+    std::set<Digest> files{own.mapped().first};
+    for (const PartFile& part : own.mapped().parts) files.insert(part.file);
+    for (const auto& [other, theirs] : worker_files_) {
+        files.erase(theirs.first);
+        for (const PartFile& part : theirs.parts) files.erase(part.file);
+    }
+    for (const Digest& file : files)
+        if (auto removed = watched(files_.remove(file)); !removed) return removed;
+    return {};
 }
 
 /// Results first, to be found where the rows will say that they are.
@@ -139,7 +176,7 @@ Result<void> Storage::commit(const CommitBatch& batch, const std::vector<StoredR
     return jobs_.commit(rows, given, batch.leases.ended);
 }
 
-Result<std::map<JobId, std::uint64_t>> Storage::commit(const CommitBatch& batch) {
+Result<std::map<JobId, Merged>> Storage::commit(const CommitBatch& batch) {
     if (broken_) return *broken_;
     const auto rows = watched(write(batch));
     const auto committed = rows ? watched(commit(batch, *rows)) : Result<void>(rows.error());
@@ -152,14 +189,15 @@ Result<std::map<JobId, std::uint64_t>> Storage::commit(const CommitBatch& batch)
             if (const auto undone = watched(log.undo()); !undone) return undone.error();
         return committed.error();
     }
-    std::map<JobId, std::uint64_t> thresholds;
+    std::map<JobId, Merged> merged;
     for (auto& [job, log] : logs_) log.keep();
     for (const StoreResult& each : batch.results) {
         JobLog& log = logs_.at(each.job);
-        log.merge(*each.result);
-        thresholds[each.job] = log.sums().keep_threshold();
+        Merged& job = merged[each.job];
+        for (FlightQueues::Filed& filed : log.merge(*each.result)) job.filed.push_back(std::move(filed));
+        job.keep_threshold = log.sums().keep_threshold();
     }
-    return thresholds;
+    return merged;
 }
 
 Result<void> Storage::put(const StoreRecord& store) {
@@ -174,9 +212,8 @@ Result<void> Storage::finish(const JobRecord& record) {
     if (auto finished = watched(jobs_.finish(record)); !finished) return finished;
     const auto log = logs_.find(record.id());
     if (log == logs_.end()) return {};
-    auto removed = watched(log->second.remove_segments());
-    logs_.erase(log);
-    return removed;
+    if (auto removed = watched(log->second.remove_segments()); !removed) return removed;
+    return end_log(log);
 }
 
 Result<void> Storage::store(const StoreSnapshot& effect) {
@@ -189,7 +226,7 @@ Result<void> Storage::store(const StoreSnapshot& effect) {
 }
 
 Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort) {
-    const auto file = watched(files_.put(log.solution(effort).bytes));
+    const auto file = watched(files_.put(log.snapshot_bytes(effort)));
     if (!file) return file.error();
     if (auto stored = watched(jobs_.checkpoint(job, {*file, log.next_result()}, log.keeps_results())); !stored) {
         if (!broken_) (void)watched(files_.remove(*file));
@@ -207,8 +244,7 @@ Result<void> Storage::put_aside(const PutAside& aside) {
     ensure(found != logs_.end(), "a job that is put aside has run");
     const auto kept = found->second.has_news() ? snapshot(found->second, aside.job, aside.effort) : Result<void>();
     if (!kept && kept.error().code != ErrorCode::no_space) return kept;
-    logs_.erase(found);
-    return {};
+    return end_log(found);
 }
 
 Result<Retracted> Storage::retract(const Retract& effect) {
@@ -254,7 +290,7 @@ Result<JobRecord> Storage::store(const StoreSolution& effect) {
     if (snapshot && *snapshot != *file)
         if (const auto removed = watched(files_.remove(*snapshot)); !removed) return removed.error();
     if (const auto removed = watched(log.remove_segments()); !removed) return removed.error();
-    logs_.erase(found);
+    if (const auto ended = end_log(found); !ended) return ended.error();
     return record;
 }
 

@@ -41,9 +41,8 @@ public:
     /// Errors also: bad_input, failed (the scene is damaged).
     Result<RecoveredJob> prepare(const Prepare& prepare);
 
-    /// Leases of jobs that are over are left out.
-    /// Gives the keep threshold of each job that has results in it.
-    Result<std::map<JobId, std::uint64_t>> commit(const CommitBatch& batch);
+    /// Leases of jobs that are over are left out. Gives what became of each job that has results in it.
+    Result<std::map<JobId, Merged>> commit(const CommitBatch& batch);
     Result<void> put(const StoreRecord& store);
     /// A snapshot that finds no room is left out.
     Result<void> put_aside(const PutAside& aside);
@@ -69,6 +68,8 @@ private:
     Result<void> finish(const JobRecord& record);
     Result<void> snapshot(JobLog& log, JobId job, const JobEffort& effort);
     Result<std::shared_ptr<const PreparedJob>> prepared(const JobRecord& job);
+    Result<WorkerFiles> files_for_workers(const JobRecord& job, const PreparedJob& prepared);
+    Result<void> end_log(std::map<JobId, JobLog>::iterator log);
     Result<std::vector<StoredResult>> write(const CommitBatch& batch);
     Result<void> commit(const CommitBatch& batch, const std::vector<StoredResult>& rows);
     /// Hands a result of the disk through, and remembers when it is broken.
@@ -80,6 +81,7 @@ private:
     FileStore files_;
     JobStore jobs_;
     std::map<JobId, JobLog> logs_;
+    std::map<JobId, WorkerFiles> worker_files_;
     std::optional<Error> broken_;
     Digest admitted_scene_;  ///< of admitted_, which the next prepare() will most likely ask for
     JobSpec admitted_spec_;

@@ -2,7 +2,9 @@
 
 #include "common/solution/solution.h"
 #include "common/support/limits.h"
+#include "common/transport/flight.h"
 
+#include <array>
 #include <cstdint>
 #include <type_traits>
 
@@ -34,10 +36,29 @@ static_assert(sizeof(SurfaceDelta) == limits::surface_delta_bytes);
 
 static_assert(sizeof(KeptHit) == limits::kept_hit_bytes);
 
+/// A particle in flight (transport/flight.h). 80 bytes; lengths and directions are the bits of doubles.
+struct FlightRecord {
+    std::array<std::uint64_t, 3> origin{}, direction{};
+    std::uint64_t travelled = 0;
+    std::uint32_t from_triangle = none;
+    std::uint32_t light = 0;
+    std::uint32_t particle = 0;
+    std::uint32_t energy = 0, start_energy = 0;
+    std::uint16_t bounce = 0, wavelength = 0;
+    bool operator==(const FlightRecord&) const = default;
+};
+static_assert(sizeof(FlightRecord) == limits::flight_record_bytes);
+
+FlightRecord pack_flight(const Flight& flight, std::uint32_t light);
+Flight unpack_flight(const FlightRecord& record);
+/// Whether the record is that of a particle that some scene may have.
+bool possible_flight(const FlightRecord& record);
+
 /// True for elements that may travel as a block: every bit pattern is a value and there is no padding.
 template <class T>
 inline constexpr bool travels_as_block = std::is_trivially_copyable_v<T>&& std::has_unique_object_representations_v<T>;
 static_assert(travels_as_block<HitRecord> && travels_as_block<KeptHit> && travels_as_block<TexelDelta> &&
-              travels_as_block<SurfaceDelta> && travels_as_block<Digest> && travels_as_block<std::byte>);
+              travels_as_block<SurfaceDelta> && travels_as_block<FlightRecord> && travels_as_block<Digest> &&
+              travels_as_block<std::byte>);
 
 }  // namespace lumenfarm::wire

@@ -23,6 +23,11 @@ bool ResultKept::valid() const {
     return part.sequence < limits::parts_per_result_max && !hits.empty() && std::ranges::all_of(hits, possible);
 }
 
+bool ResultFlights::valid() const {
+    return part.sequence < limits::parts_per_result_max && subspace < limits::subspaces_max && !flights.empty() &&
+           std::ranges::all_of(flights, possible_flight);
+}
+
 bool ResultDone::valid() const {
     if (claims.empty() || parts > limits::parts_per_result_max || trace_seconds < 0 || cpu_seconds < 0) return false;
     // The sum can't overflow: claims_per_result_max * particles_per_set_max < 2^64.
@@ -31,7 +36,7 @@ bool ResultDone::valid() const {
         if (!valid_range(claim.range)) return false;
         particles += claim.range.count;
     }
-    return particles == balance.particles && balance_possible(balance);
+    return balance.particles <= particles && balance_possible(balance);
 }
 
 bool balance_possible(const EnergyBalance& balance) {
@@ -42,14 +47,14 @@ bool balance_possible(const EnergyBalance& balance) {
     const auto possible = [](std::int64_t ticks) { return ticks >= -sum_max && ticks <= sum_max; };
     if (balance.particles > limits::particles_max || balance.hits > limits::particles_max * limits::bounces_max)
         return false;
-    if (balance.bounce_limited > balance.particles || balance.emitted < 0) return false;
+    if (balance.bounce_limited > balance.hits || balance.emitted < 0) return false;
     if (!possible(balance.absorbed) || !possible(balance.escaped) || !possible(balance.cut_off)) return false;
     std::int64_t by_batch = 0;
     for (const auto emitted : balance.emitted_by_batch) {
         if (emitted < 0 || emitted > emitted_max) return false;
         by_batch += emitted;
     }
-    return by_batch == balance.emitted && balance.closed();
+    return by_batch == balance.emitted;
 }
 
 }  // namespace lumenfarm::wire

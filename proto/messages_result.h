@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-/// A result: parts 0 .. n - 1 (ResultHits, ResultMap, ResultKept in any mixture), then ResultDone, then the master's
-/// ResultAck. It covers ranges of one or more leases of one job and is merged whole or not at all. `result` is a number
-/// of the worker's own, never used twice by one instance (Hello). After a reconnect a result that has no ack is sent
-/// again from part 0; the master drops the parts of a session that ended.
+/// A result: parts 0 .. n - 1 (ResultHits, ResultMap, ResultKept, ResultFlights in any mixture), then ResultDone, then
+/// the master's ResultAck. It covers ranges of one or more leases of one job and is merged whole or not at all.
+/// `result` is a number of the worker's own, never used twice by one instance (Hello). After a reconnect a result that
+/// has no ack is sent again from part 0; the master drops the parts of a session that ended.
 namespace lumenfarm::wire {
 
 /// Names one part of a result.
@@ -103,6 +103,27 @@ struct ResultKept {
 static_assert(limits::hits_per_message_max * limits::kept_hit_bytes + 256 <=
               payload_bytes_max(MessageType::result_kept));
 
+/// worker -> master, strategy `subspaces`: particles that go on in a subspace whose triangles the worker does not have.
+struct ResultFlights {
+    static constexpr auto type = MessageType::result_flights;
+    PartId part;
+    std::uint32_t subspace = 0;
+    std::vector<FlightRecord> flights;  ///< 1 to limits::flights_per_message_max, each possible_flight()
+
+    ResultFlights() = default;
+    ResultFlights(const PartId& part_, std::uint32_t subspace_, std::vector<FlightRecord> flights_)
+        : part(part_), subspace(subspace_), flights(std::move(flights_)) {}
+    bool operator==(const ResultFlights&) const = default;
+    bool valid() const;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, part, subspace, block(flights, limits::flights_per_message_max));
+    }
+};
+static_assert(limits::flights_per_message_max * limits::flight_record_bytes + 256 <=
+              payload_bytes_max(MessageType::result_flights));
+
 /// What a result covers of a lease: its whole range or a part of it (law 4).
 struct Claim {
     std::uint64_t lease = 0;
@@ -120,7 +141,8 @@ struct Claim {
     }
 };
 
-/// What holds of every balance: closed, its batches sum to what was emitted, and within the limits of a job.
+/// What holds of every balance: its batches sum to what was emitted, and it is within the limits of a job. A balance of
+/// strategy `sets` is also closed(); one of `subspaces` together with what its flights brought in and take along.
 bool balance_possible(const EnergyBalance& balance);
 
 /// worker -> master: the result is whole.
@@ -130,7 +152,7 @@ struct ResultDone {
     std::uint64_t result = 0;
     std::vector<Claim> claims;  ///< 1 to limits::claims_per_result_max, disjoint
     std::uint32_t parts = 0;    ///< sent before; 0 when no particle hit anything
-    EnergyBalance balance;      ///< over all claims; closed, its particles are those of the ranges
+    EnergyBalance balance;      ///< over all claims; its particles are those of the lights' ranges
     double trace_seconds = 0;   ///< wall time in the tracer, summed over threads
     double cpu_seconds = 0;
 
@@ -145,7 +167,7 @@ struct ResultDone {
           trace_seconds(trace_seconds_),
           cpu_seconds(cpu_seconds_) {}
     bool operator==(const ResultDone&) const = default;
-    /// Ranges in bounds, the balance closed and as many particles as the ranges hold.
+    /// Ranges in bounds, the balance possible, and no more particles than the ranges hold.
     bool valid() const;
 
     template <class Archive>

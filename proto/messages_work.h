@@ -2,10 +2,13 @@
 
 #include "common/support/limits.h"
 #include "proto/archive.h"
+#include "proto/blocks.h"
 #include "proto/message_type.h"
 #include "proto/shared_types.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -35,7 +38,7 @@ struct Pull {
 struct JobInfo {
     static constexpr auto type = MessageType::job_info;
     std::uint64_t job = 0;
-    Digest scene;                   ///< digest of the compiled scene, a chunked file
+    Digest scene;                   ///< a chunked file: the compiled scene, or (subspaces) its plan
     std::uint64_t scene_bytes = 0;  ///< so that a worker can refuse what it has no memory for
     JobSpec spec;                   ///< its packing is the one in force: records or maps, never automatic
     double texel_m = 0;             ///< in force, > 0 (maps)
@@ -62,7 +65,8 @@ struct JobInfo {
     }
 };
 
-/// master -> worker: trace this set. The lease is current while the master knows (lease, epoch).
+/// master -> worker: trace this set. The lease is current while the master knows (lease, epoch). With strategy
+/// `subspaces` the set is of a light, or of the particles that wait in a subspace, which come along.
 struct Lease {
     static constexpr auto type = MessageType::lease;
     std::uint64_t lease = 0;
@@ -71,20 +75,49 @@ struct Lease {
     ParticleRange range;
     /// Hits of a higher keep_priority() are not kept by the master any more. 0 keeps none but those of priority 0.
     std::uint64_t keep_threshold = std::numeric_limits<std::uint64_t>::max();
-    std::uint64_t audit = 0;  ///< a result holds sets of one audit, or (0) of none
+    std::uint64_t audit = 0;            ///< a result holds sets of one audit, or (0) of none
+    std::vector<FlightRecord> flights;  ///< none, or one for each of the range; at most limits::flights_per_message_max
 
     Lease() = default;
     Lease(std::uint64_t lease_, std::uint32_t epoch_, std::uint64_t job_, const ParticleRange& range_,
           std::uint64_t keep_threshold_, std::uint64_t audit_ = 0)
         : lease(lease_), epoch(epoch_), job(job_), range(range_), keep_threshold(keep_threshold_), audit(audit_) {}
     bool operator==(const Lease&) const = default;
-    bool valid() const { return valid_range(range); }
+    bool valid() const {
+        return valid_range(range) && (flights.empty() || flights.size() == range.count) &&
+               std::all_of(flights.begin(), flights.end(), possible_flight);
+    }
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, lease, epoch, job, range, keep_threshold, audit);
+        fields(ar, lease, epoch, job, range, keep_threshold, audit, block(flights, limits::flights_per_message_max));
     }
 };
+static_assert(limits::flights_per_message_max * limits::flight_record_bytes + 256 <=
+              payload_bytes_max(MessageType::lease));
+
+/// worker -> master, strategy `subspaces`: the subspaces whose triangles are at hand now. Such are preferred for it.
+struct PartsHeld {
+    static constexpr auto type = MessageType::parts_held;
+    std::uint64_t job = 0;
+    std::vector<std::uint32_t> subspaces;  ///< ascending, at most limits::subspaces_max
+    std::uint64_t room_triangles = 0;      ///< for how many more there is memory
+
+    PartsHeld() = default;
+    PartsHeld(std::uint64_t job_, std::vector<std::uint32_t> subspaces_, std::uint64_t room_triangles_)
+        : job(job_), subspaces(std::move(subspaces_)), room_triangles(room_triangles_) {}
+    bool operator==(const PartsHeld&) const = default;
+    bool valid() const {
+        return std::adjacent_find(subspaces.begin(), subspaces.end(), std::greater_equal<>()) == subspaces.end() &&
+               (subspaces.empty() || subspaces.back() < limits::subspaces_max);
+    }
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, job, block(subspaces, limits::subspaces_max), room_triangles);
+    }
+};
+static_assert(limits::subspaces_max * 4 + 256 <= payload_bytes_max(MessageType::parts_held));
 
 /// master -> worker: the job ended or was cancelled; its leases, maps and unacknowledged results are dropped.
 struct JobGone {

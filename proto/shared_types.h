@@ -21,7 +21,7 @@ void serialize(Archive& ar, Digest& digest, unsigned) {
 
 template <class Archive>
 void serialize(Archive& ar, ParticleRange& range, unsigned) {
-    wire::fields(ar, range.light, range.first, range.count);
+    wire::fields(ar, range.source, range.first, range.count);
 }
 
 template <class Archive>
@@ -34,16 +34,16 @@ void serialize(Archive& ar, EnergyBalance& balance, unsigned) {
 template <class Archive>
 void serialize(Archive& ar, JobSpec& spec, unsigned) {
     wire::fields(ar, spec.particles, spec.seed, spec.absorption, spec.cutoff_rule, spec.cutoff, spec.texel_m,
-                 spec.keep_hits, spec.strategy, spec.packing, spec.particles_per_set, spec.hits_per_message,
-                 wire::at_most(spec.name, limits::name_bytes_max), spec.priority);
+                 spec.keep_hits, spec.strategy, spec.subspaces, spec.packing, spec.particles_per_set,
+                 spec.hits_per_message, wire::at_most(spec.name, limits::name_bytes_max), spec.priority);
 }
 
 namespace wire {
 
-/// Not empty, and its light and particles within the limits of any job.
+/// Not empty, and its source and particles within the limits of any job.
 constexpr bool valid_range(const ParticleRange& range) {
-    return range.light < limits::lights_max && range.count > 0 && range.count <= limits::particles_per_set_max &&
-           range.first <= limits::particles_max - range.count;
+    return range.source < limits::lights_max + limits::subspaces_max && range.count > 0 &&
+           range.count <= limits::particles_per_set_max && range.first <= limits::particles_max - range.count;
 }
 
 }  // namespace wire

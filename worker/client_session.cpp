@@ -235,7 +235,24 @@ void WorkerClient::Running::carry_out(const worker::PrepareJob& effect) {
     });
 }
 
+void WorkerClient::Running::carry_out(const worker::PreparePart& effect) {
+    asio::post(scene_thread_, [this, effect] {
+        auto prepared = make_part(*effect.part_bytes, *effect.job->plan, isa_);
+        if (!prepared)
+            spdlog::error("subspace {} of job {} can't be traced here: {}", effect.key.subspace, effect.key.job,
+                          prepared.error().sentence);
+        asio::post(io_, [this, effect, prepared = std::move(prepared)]() mutable {
+            carry_out(core_.on_part_prepared(effect.key, std::move(prepared), now_s()));
+        });
+    });
+}
+
 Result<std::shared_ptr<const JobContext>> WorkerClient::Running::prepare(const worker::PrepareJob& effect) {
+    if (effect.info.spec.strategy == Strategy::subspaces) {
+        auto plan = make_plan_context(*effect.scene_bytes);
+        if (!plan) return plan.error();
+        return make_job_context(effect.info, nullptr, std::move(*plan));
+    }
     auto scene = scene_name_ == effect.info.scene ? scene_.lock() : nullptr;
     if (!scene) {
         auto made = make_scene_context(*effect.scene_bytes, isa_, make_tracer_);
@@ -244,7 +261,7 @@ Result<std::shared_ptr<const JobContext>> WorkerClient::Running::prepare(const w
         scene_ = scene;
         scene_name_ = effect.info.scene;
     }
-    return make_job_context(effect.info, std::move(scene));
+    return make_job_context(effect.info, std::move(scene), nullptr);
 }
 
 void WorkerClient::Running::carry_out(const worker::Finished&) { end(std::nullopt); }

@@ -62,6 +62,7 @@ private:
     void carry_out(const worker::LoadScene& load);
     void carry_out(const worker::KeepScene& keep);
     void carry_out(const worker::PrepareJob& prepare);
+    void carry_out(const worker::PreparePart& prepare);
     void carry_out(const worker::Finished&);
     void carry_out(const worker::GiveUp& give_up);
     void carry_out(const worker::Discarded& discarded);

@@ -10,12 +10,14 @@ std::string_view name_of(Discard reason) {
         case Discard::set_of_gone_job: return "set_of_gone_job";
         case Discard::set_outlived: return "set_outlived";
         case Discard::set_not_traceable: return "set_not_traceable";
+        case Discard::memory_too_small: return "memory_too_small";
         case Discard::unexpected_message: return "unexpected_message";
         case Discard::damaged_chunk: return "damaged_chunk";
         case Discard::scene_not_fetched: return "scene_not_fetched";
         case Discard::scene_not_cached: return "scene_not_cached";
         case Discard::cached_scene_damaged: return "cached_scene_damaged";
         case Discard::cached_scene_displaced: return "cached_scene_displaced";
+        case Discard::part_given_up: return "part_given_up";
     }
     return "unknown";
 }

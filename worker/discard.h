@@ -21,6 +21,7 @@ enum class Discard : std::uint8_t {
     set_of_gone_job,
     set_outlived,       ///< the connection was away for so long that others have it
     set_not_traceable,  ///< the job can't be traced here: its sets go back
+    memory_too_small,   ///< for the largest subspace of a job
     // messages
     unexpected_message,  ///< nobody here waits for it
     damaged_chunk,
@@ -29,8 +30,9 @@ enum class Discard : std::uint8_t {
     scene_not_cached,
     cached_scene_damaged,
     cached_scene_displaced,  ///< by newer ones
+    part_given_up,           ///< triangles of a subspace, for those of another
 };
-constexpr Discard enum_last(Discard) { return Discard::cached_scene_displaced; }
+constexpr Discard enum_last(Discard) { return Discard::part_given_up; }
 
 /// The enumerator's name, for logs and counts.
 std::string_view name_of(Discard reason);

@@ -2,6 +2,7 @@
 
 #include "proto/messages.h"
 #include "worker/discard.h"
+#include "worker/part_shelf.h"
 #include "worker/trace_slot.h"
 
 #include <cstddef>
@@ -39,11 +40,11 @@ struct InterruptSlot {
     SlotAsk ask = SlotAsk::nothing;
 };
 
-/// Look into the cache. Answer: on_scene_loaded.
+/// Look into the cache for a scene, a plan or a part. Answer: on_scene_loaded.
 struct LoadScene {
     Digest scene;
 };
-/// Put a fetched scene into the cache.
+/// Put a fetched file into the cache.
 struct KeepScene {
     Digest scene;
     std::shared_ptr<const std::vector<std::byte>> bytes;
@@ -52,6 +53,13 @@ struct KeepScene {
 struct PrepareJob {
     wire::JobInfo info;
     std::shared_ptr<const std::vector<std::byte>> scene_bytes;
+};
+
+/// Decode and build what is needed to trace in a subspace. Answer: on_part_prepared.
+struct PreparePart {
+    PartKey key;
+    std::shared_ptr<const JobContext> job;
+    std::shared_ptr<const std::vector<std::byte>> part_bytes;
 };
 
 /// Say Goodbye and end. The master takes back what leases are left.
@@ -69,7 +77,7 @@ struct Discarded {
 };
 
 using Effect = std::variant<Send, StartSlot, ContinueSlot, TellSlot, InterruptSlot, LoadScene, KeepScene, PrepareJob,
-                            Finished, GiveUp, Discarded>;
+                            PreparePart, Finished, GiveUp, Discarded>;
 using Effects = std::vector<Effect>;
 
 }  // namespace lumenfarm::worker

@@ -18,19 +18,48 @@ Result<std::shared_ptr<const SceneContext>> make_scene_context(std::span<const s
     return std::shared_ptr<const SceneContext>(std::move(context));
 }
 
+Result<std::shared_ptr<const PlanContext>> make_plan_context(std::span<const std::byte> plan_bytes) {
+    auto plan = decode_plan(plan_bytes);
+    if (!plan) return plan.error();
+    auto emission = make_emission(plan->palette.scene);
+    if (!emission) return emission.error();
+    return std::shared_ptr<const PlanContext>(std::make_shared<PlanContext>(std::move(*plan), std::move(*emission)));
+}
+
 Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& info,
-                                                           std::shared_ptr<const SceneContext> scene) {
+                                                           std::shared_ptr<const SceneContext> scene,
+                                                           std::shared_ptr<const PlanContext> plan) {
     if (const auto good = validate(info.spec); !good) return good.error();
     auto context = std::make_shared<JobContext>();
     context->job = info.job;
     context->spec = info.spec;
     context->scene = std::move(scene);
+    context->plan = std::move(plan);
     if (info.spec.packing == Packing::maps) {
-        auto layout = TexelLayout::make(context->scene->scene, info.texel_m);
+        auto layout = context->plan ? TexelLayout::of_rows(context->plan->plan.texel_rows)
+                                    : TexelLayout::make(context->scene->scene, info.texel_m);
         if (!layout) return layout.error();
+        if (context->plan && context->plan->plan.texel_rows.empty()) return bad_input("the plan has no texels");
         context->layout = std::move(*layout);
     }
     return std::shared_ptr<const JobContext>(std::move(context));
+}
+
+LightMap JobContext::empty_map() const {
+    if (!plan) return LightMap(scene->scene, *layout);
+    const auto& first = plan->plan.first_triangle;
+    std::vector<std::uint32_t> surfaces;
+    for (std::uint32_t surface = 0; surface + 1 < first.size(); ++surface) surfaces.resize(first[surface + 1], surface);
+    return LightMap(std::move(surfaces), first.size() - 1, *layout);
+}
+
+Result<std::shared_ptr<const PartTracer>> make_part(std::span<const std::byte> part_bytes, const PlanContext& plan,
+                                                    const std::string& isa) {
+    auto part = decode_part(part_bytes, plan.plan);
+    if (!part) return part.error();
+    auto tracer = PartTracer::make(std::move(*part), plan.plan.palette.scene, plan.plan.extent, isa);
+    if (!tracer) return tracer.error();
+    return std::shared_ptr<const PartTracer>(std::move(*tracer));
 }
 
 }  // namespace lumenfarm

@@ -2,8 +2,12 @@
 
 #include "common/scene/job_spec.h"
 #include "common/scene/scene.h"
+#include "common/solution/solution.h"
 #include "common/solution/texel_layout.h"
 #include "common/support/result.h"
+#include "common/transport/emitter.h"
+#include "common/transport/part_tracer.h"
+#include "common/transport/scene_plan.h"
 #include "common/transport/tracer.h"
 #include "proto/messages.h"
 
@@ -25,19 +29,47 @@ struct SceneContext {
     std::unique_ptr<TracerScene> tracer;  ///< over `scene`
 };
 
+/// What the object-space strategy knows of a scene beside the parts that are at hand.
+struct PlanContext {
+    PlanContext(ScenePlan plan_, Emission emission_)
+        : plan(std::move(plan_)),
+          emission(std::move(emission_)),
+          emitter(plan.palette, emission, plan.partition, plan.extent) {}
+    PlanContext(const PlanContext&) = delete;
+    PlanContext& operator=(const PlanContext&) = delete;
+
+    const ScenePlan plan;
+    const Emission emission;
+    const Emitter emitter;
+};
+
 struct JobContext {
     JobId job = 0;
-    JobSpec spec;  ///< its packing is the one in force
-    std::shared_ptr<const SceneContext> scene;
-    std::optional<TexelLayout> layout;  ///< packing maps
+    JobSpec spec;                               ///< its packing is the one in force
+    std::shared_ptr<const SceneContext> scene;  ///< strategy sets
+    std::shared_ptr<const PlanContext> plan;    ///< strategy subspaces
+    std::optional<TexelLayout> layout;          ///< packing maps
+
+    const Emission& emission() const { return plan ? plan->emission : scene->tracer->emission(); }
+    std::uint32_t lights() const { return static_cast<std::uint32_t>(emission().lights.size()); }
+    /// REQUIRES: packing maps.
+    LightMap empty_map() const;
 };
 
 /// Errors: bad_input (damaged scene), failed (no memory for the tracer). `isa` as in TracerScene::make.
 Result<std::shared_ptr<const SceneContext>> make_scene_context(std::span<const std::byte> scene_bytes,
                                                                const std::string& isa, const TracerMaker& make_tracer);
+/// Errors: bad_input (damaged plan).
+Result<std::shared_ptr<const PlanContext>> make_plan_context(std::span<const std::byte> plan_bytes);
 
-/// Errors: bad_input (a spec that can't be, too many texels).
+/// One of the two, as the strategy asks. Errors: bad_input (a spec that can't be, too many texels).
 Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& info,
-                                                           std::shared_ptr<const SceneContext> scene);
+                                                           std::shared_ptr<const SceneContext> scene,
+                                                           std::shared_ptr<const PlanContext> plan);
+
+/// The triangles of a subspace made ready for tracing. `isa` as above. REQUIRES: the plan outlives it. Errors:
+/// bad_input (damaged part), failed (no memory).
+Result<std::shared_ptr<const PartTracer>> make_part(std::span<const std::byte> part_bytes, const PlanContext& plan,
+                                                    const std::string& isa);
 
 }  // namespace lumenfarm

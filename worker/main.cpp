@@ -29,6 +29,10 @@ void declare(CLI::App& app, lumenfarm::WorkerOptions& options) {
         ->envname("LUMENFARM_CACHE_BYTES")
         ->transform(CLI::AsSizeValue(false))
         ->capture_default_str();
+    app.add_option("--memory-limit", options.memory_limit_bytes,
+                   "most memory to take, e.g. 2GB; larger scenes need --strategy subspaces [3/4 of the machine's]")
+        ->envname("LUMENFARM_MEMORY_LIMIT")
+        ->transform(CLI::AsSizeValue(false));
     app.add_option("--name", options.name, "how the master calls this worker [the machine's name]")
         ->envname("LUMENFARM_NAME");
     app.add_option("--isa", options.isa, "Embree's instruction set: sse4.2, avx2 or avx512 [the best of this machine]")

@@ -1,6 +1,7 @@
 #include "worker/parcel.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace lumenfarm {
@@ -17,15 +18,29 @@ std::vector<T> piece(const std::vector<T>& all, std::size_t& from, std::size_t c
 
 }  // namespace
 
+std::size_t Parcel::bytes() const {
+    std::size_t bytes = texels.size() * sizeof(wire::TexelDelta) + surfaces.size() * sizeof(wire::SurfaceDelta) +
+                        kept.size() * sizeof(KeptHit);
+    for (const LightHits& of : hits)
+        bytes += of.records.size() * sizeof(HitRecord) + of.energies.size() * sizeof(std::uint32_t);
+    for (const auto& [subspace, those] : flights) bytes += those.size() * sizeof(wire::FlightRecord);
+    return bytes;
+}
+
 /// Hits a part as the job asks, or more where a result would have too many parts.
 ParcelReader::ParcelReader(const Parcel& parcel, std::uint64_t number) : parcel_(&parcel), number_(number) {
-    const std::size_t fewest = parcel.records.size() / (limits::parts_per_result_max / 2) + 1;
+    std::size_t records = 0;
+    for (const LightHits& of : parcel.hits) records += of.records.size();
+    const std::size_t fewest = records / (limits::parts_per_result_max / 4) + 1;
     hits_in_a_part_ =
         std::min<std::size_t>(std::max<std::size_t>(parcel.hits_per_message, fewest), limits::hits_per_message_max);
+    rewind();
 }
 
 void ParcelReader::rewind() {
-    records_ = texels_ = surfaces_ = kept_ = 0;
+    lights_ = records_ = texels_ = surfaces_ = kept_ = flights_ = 0;
+    subspace_.reset();
+    if (!parcel_->flights.empty()) subspace_ = parcel_->flights.begin()->first;
     parts_ = 0;
     finished_ = false;
 }
@@ -35,20 +50,36 @@ std::optional<wire::Message> ParcelReader::next() {
     const wire::PartId part(parcel_->job, number_, parts_);
     const bool maps_left = texels_ < parcel_->texels.size() || surfaces_ < parcel_->surfaces.size();
     ++parts_;
-    if (records_ < parcel_->records.size()) return next_hits(part);
+    if (lights_ < parcel_->hits.size()) return next_hits(part);
     if (maps_left) return next_map(part);
     if (kept_ < parcel_->kept.size()) return next_kept(part);
+    if (subspace_) return next_flights(part);
     finished_ = true;
     return wire::ResultDone(parcel_->job, number_, parcel_->claims, --parts_, parcel_->balance, parcel_->trace_s,
                             parcel_->cpu_s);
 }
 
 wire::Message ParcelReader::next_hits(const wire::PartId& part) {
+    const LightHits& hits = parcel_->hits[lights_];
     std::size_t energies_from = records_;
-    std::vector<HitRecord> records = piece(parcel_->records, records_, hits_in_a_part_);
+    std::vector<HitRecord> records = piece(hits.records, records_, hits_in_a_part_);
     std::vector<std::uint32_t> energies;
-    if (!parcel_->energies.empty()) energies = piece(parcel_->energies, energies_from, hits_in_a_part_);
-    return wire::ResultHits(part, parcel_->light, std::move(records), std::move(energies));
+    if (!hits.energies.empty()) energies = piece(hits.energies, energies_from, hits_in_a_part_);
+    if (records_ == hits.records.size()) {
+        ++lights_;
+        records_ = 0;
+    }
+    return wire::ResultHits(part, hits.light, std::move(records), std::move(energies));
+}
+
+wire::Message ParcelReader::next_flights(const wire::PartId& part) {
+    const auto at = parcel_->flights.find(*subspace_);
+    wire::ResultFlights message(part, at->first, piece(at->second, flights_, limits::flights_per_message_max));
+    if (flights_ < at->second.size()) return message;
+    flights_ = 0;
+    const auto after = std::next(at);
+    subspace_ = after == parcel_->flights.end() ? std::nullopt : std::optional(after->first);
+    return message;
 }
 
 wire::Message ParcelReader::next_map(const wire::PartId& part) {

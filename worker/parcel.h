@@ -6,11 +6,19 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
 /// A closed result on its way to the master.
 namespace lumenfarm {
+
+/// Hits of one light.
+struct LightHits {
+    std::uint32_t light = 0;
+    std::vector<HitRecord> records;
+    std::vector<std::uint32_t> energies;
+};
 
 struct Parcel {
     JobId job = 0;
@@ -20,13 +28,14 @@ struct Parcel {
     double trace_s = 0;
     double cpu_s = 0;
 
-    std::uint32_t light = 0;  ///< packing records: of all the hits
-    std::vector<HitRecord> records;
-    std::vector<std::uint32_t> energies;
+    std::vector<LightHits> hits;                                       ///< packing records
+    std::map<std::uint32_t, std::vector<wire::FlightRecord>> flights;  ///< by the subspace in which they go on
 
     std::vector<wire::TexelDelta> texels;  ///< packing maps
     std::vector<wire::SurfaceDelta> surfaces;
     std::vector<KeptHit> kept;
+
+    std::size_t bytes() const;
 };
 
 /// The messages of a parcel, one at a time, so that no more of them are in memory than the connection takes.
@@ -45,11 +54,16 @@ private:
     wire::Message next_hits(const wire::PartId& part);
     wire::Message next_map(const wire::PartId& part);
     wire::Message next_kept(const wire::PartId& part);
+    wire::Message next_flights(const wire::PartId& part);
 
     const Parcel* parcel_;
     std::uint64_t number_;
     std::size_t hits_in_a_part_;
-    std::size_t records_ = 0, texels_ = 0, surfaces_ = 0, kept_ = 0;  ///< sent so far
+    std::size_t lights_ = 0;                            ///< whose hits are all sent
+    std::size_t records_ = 0;                           ///< of the next light that are sent
+    std::size_t texels_ = 0, surfaces_ = 0, kept_ = 0;  ///< sent so far
+    std::optional<std::uint32_t> subspace_;             ///< whose flights are being sent; none: all are
+    std::size_t flights_ = 0;                           ///< of them that are sent
     std::uint32_t parts_ = 0;
     bool finished_ = false;
 };

@@ -3,6 +3,7 @@
 #include "common/support/ensure.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 namespace lumenfarm {
@@ -43,20 +44,60 @@ SlotReport TraceSlot::report(bool close_it, bool finished) {
 
 void TraceSlot::trace_slice() {
     const JobContext& job = *set_->job;
-    const ParticleRange slice{left_.light, left_.first, std::min(left_.count, limits::slice_particles)};
+    const ParticleRange slice{left_.source, left_.first, std::min(left_.count, limits::slice_particles)};
     left_.first += slice.count;
     left_.count -= slice.count;
     open_job_ = set_->job;
     const double wall_s = clocks_.wall_s(), cpu_s = clocks_.cpu_s();
-    hits_.clear();
-    job.scene->tracer->trace(job.spec, slice, hits_);
+    if (job.plan) {
+        trace_in_territory(slice);
+    } else {
+        hits_.clear();
+        job.scene->tracer->trace(job.spec, slice, hits_);
+        keep(slice.source);
+    }
     open_.trace_s += clocks_.wall_s() - wall_s;
     open_.cpu_s += clocks_.cpu_s() - cpu_s;
-    open_.balance += hits_.balance;
     claim(slice);
-    if (job.spec.packing == Packing::records) return keep_records();
-    keep_sums();
-    if (job.spec.keep_hits > 0) keep_candidates();
+}
+
+/// Particles that leave their light, or go on in a subspace, light by light.
+void TraceSlot::trace_in_territory(const ParticleRange& slice) {
+    const JobContext& job = *set_->job;
+    const auto follow = [&](std::uint32_t light, const std::vector<Departure>& arrivals) {
+        departures_.clear();
+        set_->territory->trace(job.spec, light, arrivals, hits_, departures_);
+        keep(light);
+        keep_departures(light);
+    };
+    hits_.clear();
+    if (slice.source < job.lights()) {
+        std::vector<Departure> emitted;
+        job.plan->emitter.emit(job.spec.seed, slice, emitted, hits_.balance);
+        return follow(slice.source, emitted);
+    }
+    const std::uint32_t subspace = slice.source - job.lights();
+    const auto begin = set_->flights.begin() + static_cast<std::ptrdiff_t>(slice.first - set_->range.first);
+    std::map<std::uint32_t, std::vector<Departure>> by_light;
+    for (auto flight = begin; flight != begin + static_cast<std::ptrdiff_t>(slice.count); ++flight)
+        by_light[flight->light].push_back({subspace, wire::unpack_flight(*flight)});
+    for (const auto& [light, arrivals] : by_light) {
+        follow(light, arrivals);
+        hits_.clear();
+    }
+}
+
+void TraceSlot::keep(std::uint32_t light) {
+    const JobSpec& spec = set_->job->spec;
+    open_.balance += hits_.balance;
+    if (spec.packing == Packing::records) return keep_records(light);
+    keep_sums(light);
+    if (spec.keep_hits > 0) keep_candidates(light);
+}
+
+void TraceSlot::keep_departures(std::uint32_t light) {
+    for (const Departure& departure : departures_)
+        open_.flights[departure.subspace].push_back(wire::pack_flight(departure.flight, light));
 }
 
 void TraceSlot::claim(const ParticleRange& slice) {
@@ -67,34 +108,35 @@ void TraceSlot::claim(const ParticleRange& slice) {
     open_.claims.emplace_back(set_->lease, set_->epoch, slice);
 }
 
-void TraceSlot::keep_records() {
-    open_.light = left_.light;
-    open_.records.insert(open_.records.end(), hits_.records.begin(), hits_.records.end());
-    open_.energies.insert(open_.energies.end(), hits_.energies.begin(), hits_.energies.end());
+void TraceSlot::keep_records(std::uint32_t light) {
+    if (hits_.records.empty()) return;
+    const auto same = [&](const LightHits& hits) { return hits.light == light; };
+    auto into = std::find_if(open_.hits.rbegin(), open_.hits.rend(), same);
+    LightHits& hits = into == open_.hits.rend() ? open_.hits.emplace_back(LightHits{light, {}, {}}) : *into;
+    hits.records.insert(hits.records.end(), hits_.records.begin(), hits_.records.end());
+    hits.energies.insert(hits.energies.end(), hits_.energies.begin(), hits_.energies.end());
 }
 
-void TraceSlot::keep_sums() {
+void TraceSlot::keep_sums(std::uint32_t light) {
     if (map_job_ != set_->job) {
         map_job_ = set_->job;
-        sums_.emplace(map_job_->scene->scene, *map_job_->layout);
+        sums_.emplace(map_job_->empty_map());
     }
-    sums_->add(map_job_->scene->tracer->emission(), left_.light, hits_.records, hits_.energies);
+    sums_->add(map_job_->emission(), light, hits_.records, hits_.energies);
 }
 
-void TraceSlot::keep_candidates() {
-    const auto& energy_of_bin = set_->job->scene->tracer->emission().lights[left_.light].energy;
+void TraceSlot::keep_candidates(std::uint32_t light) {
+    const auto& energy_of_bin = set_->job->emission().lights[light].energy;
     for (std::size_t i = 0; i < hits_.records.size(); ++i) {
         const HitRecord& record = hits_.records[i];
         const std::uint32_t energy = hits_.energies.empty() ? energy_of_bin[record.wavelength] : hits_.energies[i];
-        const KeptHit hit{record, left_.light, energy};
+        const KeptHit hit{record, light, energy};
         if (keep_priority(hit) <= set_->keep_threshold) open_.kept.push_back(hit);
     }
 }
 
 bool TraceSlot::full() const {
-    const std::size_t bytes = open_.records.size() * sizeof(HitRecord) + open_.energies.size() * sizeof(std::uint32_t) +
-                              open_.kept.size() * sizeof(KeptHit);
-    return bytes >= limits::result_close_bytes || open_.balance.hits >= limits::hits_per_map_max / 2 ||
+    return open_.bytes() >= limits::result_close_bytes || open_.balance.hits >= limits::hits_per_map_max / 2 ||
            open_.claims.size() >= limits::claims_per_result_max;
 }
 

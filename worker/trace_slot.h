@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/solution/solution.h"
+#include "common/transport/territory.h"
 #include "worker/parcel.h"
 
 #include <cstdint>
@@ -18,6 +19,8 @@ struct SetWork {
     std::uint32_t epoch = 0;
     ParticleRange range;
     std::uint64_t keep_threshold = 0;
+    std::vector<wire::FlightRecord> flights = {};          ///< of a subspace's range
+    std::shared_ptr<const Territory> territory = nullptr;  ///< strategy subspaces: what is at hand
 };
 
 /// What the core asks of a slot between two slices.
@@ -55,9 +58,12 @@ public:
 
 private:
     void trace_slice();
-    void keep_records();
-    void keep_sums();
-    void keep_candidates();
+    void trace_in_territory(const ParticleRange& slice);
+    void keep(std::uint32_t light);
+    void keep_records(std::uint32_t light);
+    void keep_sums(std::uint32_t light);
+    void keep_candidates(std::uint32_t light);
+    void keep_departures(std::uint32_t light);
     void claim(const ParticleRange& slice);
     bool full() const;
     SlotReport report(bool close, bool finished);
@@ -72,6 +78,7 @@ private:
     std::shared_ptr<const JobContext> map_job_;  ///< that sums_ is of
     std::optional<LightMap> sums_;
     TracedHits hits_;
+    std::vector<Departure> departures_;
 };
 
 }  // namespace lumenfarm

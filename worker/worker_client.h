@@ -21,6 +21,7 @@ struct WorkerOptions {
     std::uint32_t threads = 0;              ///< tracing threads; 0 is one for each core
     std::filesystem::path cache;            ///< of scenes; empty: worker::default_cache_folder()
     std::uint64_t cache_bytes_max = std::uint64_t{20} << 30;
+    std::uint64_t memory_limit_bytes = 0;          ///< 0: three quarters of the machine's
     std::string name;                              ///< empty: the machine's
     std::string isa;                               ///< Embree ISA; empty: the best of this machine
     bool idle_priority = true;                     ///< tracing threads yield to everything else on the machine

@@ -10,22 +10,28 @@ namespace lumenfarm::worker {
 
 namespace {
 
-std::size_t bytes_of(const Parcel& parcel) {
-    return parcel.records.size() * sizeof(HitRecord) + parcel.energies.size() * sizeof(std::uint32_t) +
-           parcel.texels.size() * sizeof(wire::TexelDelta) + parcel.surfaces.size() * sizeof(wire::SurfaceDelta) +
-           parcel.kept.size() * sizeof(KeptHit);
+/// What is left beside the program itself, and results on their way.
+std::optional<std::uint64_t> bytes_for_parts(const WorkerIdentity& identity) {
+    if (identity.memory_bytes == 0) return std::nullopt;
+    const std::uint64_t beside = limits::worker_bytes + identity.threads * limits::result_close_bytes;
+    return identity.memory_bytes > beside ? identity.memory_bytes - beside : 0;
 }
 
 }  // namespace
 
 WorkerCore::WorkerCore(const WorkerIdentity& identity, double drain_seconds)
-    : identity_(identity), drain_seconds_(drain_seconds), slots_(identity.threads) {
+    : identity_(identity),
+      drain_seconds_(drain_seconds),
+      slots_(identity.threads),
+      shelf_(bytes_for_parts(identity), identity.instance) {
     ensure(identity.threads > 0, "a worker traces");
 }
 
 Effects WorkerCore::settle_and_take(double now_s) {
+    bring_next();
     for (std::size_t i = 0; i < slots_.size(); ++i) feed(i, now_s);
-    pull();  // first, so that one that ends is not given its own leases again
+    bring_next();  // a slot may have taken the last set that needed something
+    pull();        // first, so that one that ends is not given its own leases again
     send_returns();
     finish_if_drained(now_s);
     return std::exchange(effects_, {});
@@ -195,7 +201,7 @@ std::optional<wire::Message> WorkerCore::next_bulk() {
                        ? outgoing.reader.next()
                        : std::nullopt;
         ++in_flight;
-        bytes += bytes_of(*outgoing.parcel);
+        bytes += outgoing.parcel->bytes();
     }
     return std::nullopt;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "worker/effects.h"
+#include "worker/part_shelf.h"
 #include "worker/scene_fetch.h"
 
 #include <cstdint>
@@ -18,9 +19,9 @@ namespace lumenfarm::worker {
 
 struct WorkerIdentity {
     std::string name;
-    std::uint64_t instance = 0;  ///< random, of this process
-    std::uint32_t threads = 1;   ///< slots
-    std::uint64_t memory_bytes = 0;
+    std::uint64_t instance = 0;      ///< random, of this process
+    std::uint32_t threads = 1;       ///< slots
+    std::uint64_t memory_bytes = 0;  ///< that it may take; 0: no limit
     std::string isa;
     std::uint64_t fingerprint = 0;
 };
@@ -45,6 +46,7 @@ public:
     Effects on_slot(std::size_t slot, SlotReport report, double now_s);
     /// Null: not in the cache, or damaged there.
     Effects on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes, double now_s);
+    Effects on_part_prepared(const PartKey& key, Result<std::shared_ptr<const PartTracer>> prepared, double now_s);
     /// `info`: of the PrepareJob.
     Effects on_job_prepared(const wire::JobInfo& info, Result<std::shared_ptr<const JobContext>> prepared,
                             double now_s);
@@ -87,6 +89,12 @@ private:
         bool draining = false;
         bool confirmed = false;  ///< the master has told of it in this session
     };
+    /// A subspace whose triangles are on their way.
+    struct Bringing {
+        PartKey key;
+        PartFile file;
+        bool missing = false;  ///< in the cache: it is fetched
+    };
     struct Outgoing {
         std::uint64_t number = 0;
         std::unique_ptr<Parcel> parcel;
@@ -104,8 +112,21 @@ private:
     void take_requests(const Result<std::vector<wire::Message>>& requests);
     void fail_fetch(const std::string& why);
     void prepare_jobs_of(const Digest& scene, const std::shared_ptr<const std::vector<std::byte>>& bytes);
+    void take_context(Job& job, std::shared_ptr<const JobContext> context);
     bool ready(JobId job) const;
+    bool ready(const wire::Lease& lease) const { return ready(lease.job) && is_at_hand(lease); }
     bool draining(JobId job) const;
+
+    // subspaces (worker_parts.cpp)
+    bool has_subspaces(JobId job) const;
+    std::optional<PartKey> part_of(const wire::Lease& lease) const;
+    bool is_at_hand(const wire::Lease& lease) const;
+    bool is_possible(const wire::Lease& lease) const;
+    Result<void> open_parts(const Job& job);
+    void bring_next();
+    void prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes);
+    void tell_parts(JobId job);
+    void close_parts(JobId job);
 
     // sets and slots (worker_slots.cpp)
     void feed(std::size_t index, double now_s);
@@ -139,6 +160,10 @@ private:
     std::vector<Slot> slots_;
     std::deque<wire::Lease> queue_;  ///< sets that wait for a slot
     std::map<JobId, Job> jobs_;
+    PartShelf shelf_;
+    std::optional<Bringing> bringing_;
+    bool making_room_ = false;  ///< no set of a subspace begins until something is given up
+    std::uint64_t parts_brought_ = 0;
     std::optional<SceneFetch> fetch_;
     std::list<Outgoing> results_;  ///< not acknowledged yet, oldest first
     std::map<wire::ReturnReason, std::vector<wire::LeaseRef>> returns_;

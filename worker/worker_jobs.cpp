@@ -33,7 +33,7 @@ void WorkerCore::take_job(const wire::JobInfo& info) {
             known->second.info = info;
             known->second.confirmed = true;
             known->second.draining = false;
-            return;
+            return tell_parts(info.job);
         }
         // the job is another one now: what this worker has of it is nobody's
         for (const wire::LeaseProgress& lease : leases_held())
@@ -54,12 +54,18 @@ void WorkerCore::take_lease(const wire::Lease& lease) {
     if (wished_ > 0) --wished_;
     const auto job = jobs_.find(lease.job);
     const bool failed = job != jobs_.end() && job->second.failed;
+    if (!failed && !is_possible(lease)) {
+        count(Discard::set_not_traceable, 1, "a set of job " + std::to_string(lease.job) + " is impossible");
+        returns_[wire::ReturnReason::tracer_failed].emplace_back(lease.lease, lease.epoch);
+        return;
+    }
     if (!failed && !draining(lease.job)) return queue_.push_back(lease);
     returns_[failed ? wire::ReturnReason::no_scene : wire::ReturnReason::ending].emplace_back(lease.lease, lease.epoch);
 }
 
 void WorkerCore::drop_job(JobId id) {
     if (jobs_.erase(id) == 0) return;
+    close_parts(id);
     const std::string job = "job " + std::to_string(id);
     std::size_t sets = std::erase_if(queue_, [&](const wire::Lease& lease) { return lease.job == id; });
     std::size_t results = results_.remove_if([&](const Outgoing& outgoing) { return outgoing.parcel->job == id; });
@@ -99,6 +105,7 @@ void WorkerCore::drain_job(JobId id) {
 /// A job that this worker can't do: its sets go to others.
 void WorkerCore::fail_job(JobId id, wire::ReturnReason reason) {
     jobs_.at(id).failed = true;
+    close_parts(id);
     const std::size_t returned = std::erase_if(queue_, [&](const wire::Lease& lease) {
         if (lease.job != id) return false;
         returns_[reason].emplace_back(lease.lease, lease.epoch);
@@ -111,7 +118,9 @@ Effects WorkerCore::on_scene_loaded(const Digest& scene, std::shared_ptr<const s
                                     double now_s) {
     if (bytes) {
         prepare_jobs_of(scene, bytes);
+        prepare_part_of(scene, bytes);
     } else {
+        if (bringing_ && bringing_->file.file == scene) bringing_->missing = true;
         for (auto& [id, job] : jobs_)
             if (job.info.scene == scene && std::exchange(job.loading, false)) job.missing = true;
         fetch_next();
@@ -123,8 +132,13 @@ void WorkerCore::fetch_next() {
     if (fetch_) return;
     const auto waits = [](const auto& entry) { return entry.second.missing && !entry.second.failed; };
     const auto next = std::find_if(jobs_.begin(), jobs_.end(), waits);
-    if (next == jobs_.end()) return;
-    fetch_.emplace(next->second.info.scene, next->second.info.scene_bytes);
+    if (next != jobs_.end()) {
+        fetch_.emplace(next->second.info.scene, next->second.info.scene_bytes);
+    } else if (bringing_ && bringing_->missing) {
+        fetch_.emplace(bringing_->file.file, bringing_->file.bytes);
+    } else {
+        return;
+    }
     if (!welcome_) return;
     for (wire::Message& request : fetch_->begin_session()) send(std::move(request));
 }
@@ -139,6 +153,7 @@ void WorkerCore::take_requests(const Result<std::vector<wire::Message>>& request
     fetch_.reset();
     effects_.push_back(KeepScene{scene, bytes});
     prepare_jobs_of(scene, bytes);
+    prepare_part_of(scene, bytes);
     fetch_next();
 }
 
@@ -148,6 +163,11 @@ void WorkerCore::fail_fetch(const std::string& why) {
     fetch_.reset();
     for (auto& [id, job] : jobs_)
         if (job.info.scene == scene && job.missing) fail_job(id, wire::ReturnReason::no_scene);
+    if (bringing_ && bringing_->file.file == scene) {
+        const JobId job = bringing_->key.job;
+        bringing_.reset();
+        fail_job(job, wire::ReturnReason::no_scene);
+    }
     fetch_next();
 }
 
@@ -160,6 +180,21 @@ void WorkerCore::prepare_jobs_of(const Digest& scene, const std::shared_ptr<cons
     }
 }
 
+void WorkerCore::take_context(Job& job, std::shared_ptr<const JobContext> context) {
+    job.context = std::move(context);
+    if (const auto opened = open_parts(job); !opened) {
+        count(Discard::memory_too_small, 1, "job " + std::to_string(job.info.job) + ": " + opened.error().sentence);
+        return fail_job(job.info.job, wire::ReturnReason::no_scene);
+    }
+    const std::size_t impossible = std::erase_if(queue_, [&](const wire::Lease& lease) {
+        if (lease.job != job.info.job || is_possible(lease)) return false;
+        returns_[wire::ReturnReason::tracer_failed].emplace_back(lease.lease, lease.epoch);
+        return true;
+    });
+    count(Discard::set_not_traceable, impossible, "sets of job " + std::to_string(job.info.job) + " are impossible");
+    tell_parts(job.info.job);
+}
+
 Effects WorkerCore::on_job_prepared(const wire::JobInfo& info, Result<std::shared_ptr<const JobContext>> prepared,
                                     double now_s) {
     const auto found = jobs_.find(info.job);
@@ -167,7 +202,7 @@ Effects WorkerCore::on_job_prepared(const wire::JobInfo& info, Result<std::share
     if (found != jobs_.end() && is_same_job(info, found->second.info) && !found->second.context) {
         found->second.preparing = false;
         if (prepared) {
-            found->second.context = *prepared;
+            take_context(found->second, std::move(*prepared));
         } else {
             fail_job(info.job, wire::ReturnReason::tracer_failed);
         }

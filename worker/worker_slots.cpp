@@ -52,12 +52,11 @@ void WorkerCore::feed(std::size_t index, double now_s) {
 void WorkerCore::start_next(std::size_t index, double now_s) {
     Slot& slot = slots_[index];
     const auto first_of = [&](auto fits) { return std::find_if(queue_.begin(), queue_.end(), fits); };
-    auto next =
-        slot.open
-            ? first_of([&](const wire::Lease& lease) { return lease.job == slot.job && lease.audit == slot.audit; })
-            : queue_.end();
-    if (next == queue_.end() || !ready(next->job))
-        next = first_of([&](const wire::Lease& lease) { return ready(lease.job); });
+    auto next = slot.open ? first_of([&](const wire::Lease& lease) {
+        return lease.job == slot.job && lease.audit == slot.audit && is_at_hand(lease);
+    })
+                          : queue_.end();
+    if (next == queue_.end() || !ready(*next)) next = first_of([&](const wire::Lease& lease) { return ready(lease); });
     if (slot.open) {
         const auto job = jobs_.find(slot.job);
         const bool late = job == jobs_.end() || now_s - slot.open_since_s >= job->second.info.flush_seconds;
@@ -71,8 +70,11 @@ void WorkerCore::start_next(std::size_t index, double now_s) {
     slot.audit = next->audit;
     slot.open_leases.emplace(next->lease, next->epoch);
     slot.open = slot.running = true;
-    effects_.push_back(StartSlot{
-        index, SetWork{jobs_.at(next->job).context, next->lease, next->epoch, next->range, next->keep_threshold}});
+    SetWork work{jobs_.at(next->job).context, next->lease, next->epoch, next->range, next->keep_threshold};
+    if (const auto part = part_of(*next)) shelf_.use(*part);
+    if (has_subspaces(next->job)) work.territory = shelf_.territory(next->job);
+    work.flights = std::move(next->flights);
+    effects_.push_back(StartSlot{index, std::move(work)});
     queue_.erase(next);
 }
 

@@ -1,20 +1,17 @@
 #include "common/octree/subspaces.h"
 
+#include "common/support/limits.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <queue>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace lumenfarm {
 namespace {
-
-std::uint64_t filled_leaves(const Octree& octree) {
-    const auto nodes = octree.nodes();
-    return static_cast<std::uint64_t>(std::count_if(
-        nodes.begin(), nodes.end(), [](const OctreeNode& node) { return node.is_leaf() && !node.is_empty_leaf(); }));
-}
 
 /// A leaf of the cut that may be split: the heaviest first, ties to the lowest node.
 struct Candidate {
@@ -65,15 +62,22 @@ private:
 
 }  // namespace
 
+std::uint64_t Subspaces::most(const WeightedOctree& weighted) {
+    const auto nodes = weighted.octree().nodes();
+    const auto filled = std::count_if(nodes.begin(), nodes.end(),
+                                      [](const OctreeNode& node) { return node.is_leaf() && !node.is_empty_leaf(); });
+    return std::min<std::uint64_t>(static_cast<std::uint64_t>(filled), limits::subspaces_max);
+}
+
 Result<Subspaces> Subspaces::cut(const WeightedOctree& weighted, std::uint32_t count) {
     const Octree& octree = weighted.octree();
     if (count == 0) return bad_input("subspaces is 0; at least 1 is needed");
-    if (const std::uint64_t most = filled_leaves(octree); count > most)
+    if (const std::uint64_t most = Subspaces::most(weighted); count > most)
         return bad_input("subspaces is " + std::to_string(count) + "; the octree of this scene has " +
                          std::to_string(most) + " cells with triangles");
 
     Subspaces cut;
-    cut.nodes_.emplace_back();
+    std::vector<Partition::Node> nodes(1);
     std::priority_queue<Candidate> candidates;
     candidates.push({weighted.total_weight(), 0, Octree::root()});
     std::vector<Candidate> leaves;
@@ -90,10 +94,10 @@ Result<Subspaces> Subspaces::cut(const WeightedOctree& weighted, std::uint32_t c
             continue;
         }
         filled += more - 1;
-        const auto first = static_cast<std::uint32_t>(cut.nodes_.size());
-        cut.nodes_[heaviest.node].first = first;
-        cut.nodes_[heaviest.node].middle = octree.box(octree.child(heaviest.cell, 7)).low;
-        cut.nodes_.resize(first + 8);
+        const auto first = static_cast<std::uint32_t>(nodes.size());
+        nodes[heaviest.node].first = first;
+        nodes[heaviest.node].middle = octree.box(octree.child(heaviest.cell, 7)).low;
+        nodes.resize(first + 8);
         for (std::uint32_t octant = 0; octant < 8; ++octant) {
             const OctreeCell child = octree.child(heaviest.cell, octant);
             if (const double weight = weighted.weight(child.node); weight > 0)
@@ -102,20 +106,22 @@ Result<Subspaces> Subspaces::cut(const WeightedOctree& weighted, std::uint32_t c
     }
     std::sort(leaves.begin(), leaves.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
     for (const Candidate& leaf : leaves) {
-        cut.nodes_[leaf.node].subspace = static_cast<std::uint32_t>(cut.subspaces_.size());
+        nodes[leaf.node].subspace = static_cast<std::uint32_t>(cut.subspaces_.size());
         cut.subspaces_.push_back({leaf.cell, octree.box(leaf.cell), leaf.weight});
     }
+    cut.partition_ = Partition(std::move(nodes));
     return cut;
 }
 
 std::vector<std::vector<std::uint32_t>> Subspaces::triangles(const Scene& scene, double margin_m) const {
     std::vector<std::vector<std::uint32_t>> filed(subspaces_.size());
+    const auto nodes = partition_.nodes();
     std::vector<std::uint32_t> below;  // nodes that the triangle's bounding box comes near to
     for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
         const Placed triangle(scene, t);
         below.assign(1, 0);
         while (!below.empty()) {
-            const Node& node = nodes_[below.back()];
+            const Partition::Node& node = nodes[below.back()];
             below.pop_back();
             if (node.first == none) {
                 if (node.subspace != none && triangle.crosses(subspaces_[node.subspace].box, margin_m))
@@ -128,32 +134,6 @@ std::vector<std::vector<std::uint32_t>> Subspaces::triangles(const Scene& scene,
         }
     }
     return filed;
-}
-
-Stretch Subspaces::next(Vec3d origin, Vec3d direction, double from) const {
-    for (;;) {
-        Stretch stretch{none, from};
-        std::uint32_t at = 0;
-        while (nodes_[at].first != none) {
-            // The ray passes each plane at one distance, the same for the cells of both sides; at it, it is beyond.
-            std::uint32_t octant = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double middle = nodes_[at].middle[axis];
-                if (direction[axis] == 0) {
-                    octant |= static_cast<std::uint32_t>(origin[axis] >= middle) << axis;
-                    continue;
-                }
-                const double passes = (middle - origin[axis]) / direction[axis];
-                const bool beyond = from >= passes;
-                if (!beyond) stretch.leaves = std::min(stretch.leaves, passes);
-                octant |= static_cast<std::uint32_t>(beyond == (direction[axis] > 0)) << axis;
-            }
-            at = nodes_[at].first + octant;
-        }
-        stretch.subspace = nodes_[at].subspace;
-        if (stretch.subspace != none || stretch.leaves == std::numeric_limits<double>::infinity()) return stretch;
-        from = stretch.leaves;
-    }
 }
 
 }  // namespace lumenfarm

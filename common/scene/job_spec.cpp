@@ -35,6 +35,8 @@ Result<void> validate_result_group(const JobSpec& spec) {
 Result<void> validate_way_group(const JobSpec& spec) {
     if (spec.strategy > Strategy::subspaces)
         return refused("strategy", static_cast<int>(spec.strategy), "sets (0) or subspaces (1)");
+    if (spec.subspaces > limits::subspaces_max)
+        return refused("subspaces", spec.subspaces, range(0, limits::subspaces_max));
     if (spec.packing > Packing::maps)
         return refused("packing", static_cast<int>(spec.packing), "auto (0), records (1) or maps (2)");
     if (spec.particles_per_set > limits::particles_per_set_max)

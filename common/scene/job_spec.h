@@ -23,6 +23,7 @@ struct JobSpec {
     std::uint64_t keep_hits = 0;  ///< hits kept for nearest-neighbour estimates
 
     Strategy strategy = Strategy::sets;
+    std::uint32_t subspaces = 0;  ///< strategy subspaces: into how many the scene is cut; 0 is automatic
     Packing packing = Packing::automatic;
     std::uint64_t particles_per_set = 0;  ///< 0 is automatic
     std::uint32_t hits_per_message = 5'000;

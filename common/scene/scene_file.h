@@ -15,6 +15,8 @@ namespace lumenfarm {
 /// Every statement that scene.h makes of its fields (index ranges, finite numbers, sorted triangles, albedos in [0, 1],
 /// limits). Errors: bad_input with one sentence that names the element and the value.
 Result<void> validate(const Scene& scene);
+/// The part of that which is about positions, texture coordinates and triangles; there may be none.
+Result<void> validate_geometry(const Scene& scene);
 
 /// REQUIRES: validate(scene) succeeds.
 std::vector<std::byte> encode_scene(const Scene& scene);

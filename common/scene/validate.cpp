@@ -52,6 +52,7 @@ Result<void> validate_counts(const Scene& scene) {
                   {"cameras", scene.cameras.size(), limits::cameras_max}};
     for (const auto& c : counts)
         if (auto result = count_at_most(c.what, c.count, c.most); !result) return result;
+    if (scene.triangles.empty()) return bad_input("the scene has no triangles");
     return {};
 }
 
@@ -75,7 +76,6 @@ Result<void> validate_vertices(const Scene& scene) {
 }
 
 Result<void> validate_triangles(const Scene& scene) {
-    if (scene.triangles.empty()) return bad_input("the scene has no triangles");
     for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
         for (const std::uint32_t vertex : scene.triangles[t])
             if (vertex >= scene.positions.size())
@@ -254,10 +254,14 @@ Result<void> validate_cameras(const Scene& scene) {
 
 }  // namespace
 
+Result<void> validate_geometry(const Scene& scene) {
+    auto vertices = validate_vertices(scene);
+    return vertices ? validate_triangles(scene) : vertices;
+}
+
 Result<void> validate(const Scene& scene) {
-    for (const auto check :
-         {validate_counts, validate_vertices, validate_triangles, validate_surfaces, validate_spectra,
-          validate_textures, validate_materials, validate_lights, validate_cameras})
+    for (const auto check : {validate_counts, validate_geometry, validate_surfaces, validate_spectra, validate_textures,
+                             validate_materials, validate_lights, validate_cameras})
         if (auto result = check(scene); !result) return result;
     return {};
 }

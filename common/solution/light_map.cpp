@@ -56,10 +56,13 @@ BatchSums& BatchSums::operator+=(const BatchSums& other) {
 }
 
 LightMap::LightMap(const Scene& scene, const TexelLayout& layout)
+    : LightMap(surface_of_triangles(scene), scene.surfaces.size(), layout) {}
+
+LightMap::LightMap(std::vector<std::uint32_t> surface_of_triangle, std::size_t surfaces, const TexelLayout& layout)
     : layout_(&layout),
-      surface_of_triangle_(surface_of_triangles(scene)),
+      surface_of_triangle_(std::move(surface_of_triangle)),
       texels_(layout.texel_count()),
-      surfaces_(scene.surfaces.size()) {}
+      surfaces_(surfaces) {}
 
 void LightMap::add(const Emission& emission, std::uint32_t light, std::span<const HitRecord> records,
                    std::span<const std::uint32_t> energies) {

@@ -54,6 +54,8 @@ class LightMap {
 public:
     /// REQUIRES: `layout` was made for `scene` and outlives this.
     LightMap(const Scene& scene, const TexelLayout& layout);
+    /// `surface_of_triangle`: of the whole scene, which has so many surfaces.
+    LightMap(std::vector<std::uint32_t> surface_of_triangle, std::size_t surfaces, const TexelLayout& layout);
 
     /// `energies` empty: analog, energies from `emission`. REQUIRES: records valid for the scene (valid_record).
     void add(const Emission& emission, std::uint32_t light, std::span<const HitRecord> records,

@@ -18,7 +18,7 @@ namespace lumenfarm {
 namespace {
 
 constexpr std::uint64_t magic = 0x314e4c4f53464c4cu;  // "LLFSOLN1"
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2;
 constexpr std::size_t trailer_bytes = 32 + 8;  // the result's digest, XXH3-64 over all before it
 constexpr std::uint64_t head_bytes_max = std::uint64_t{256} << 20;
 
@@ -45,6 +45,7 @@ void write_spec(ByteWriter& out, const JobSpec& spec) {
     out.value(spec.texel_m);
     out.value(spec.keep_hits);
     out.value(spec.strategy);
+    out.value(spec.subspaces);
     out.value(spec.packing);
     out.value(spec.particles_per_set);
     out.value(spec.hits_per_message);
@@ -69,6 +70,7 @@ JobSpec read_spec(ByteReader& in) {
     spec.texel_m = in.value<double>();
     spec.keep_hits = in.value<std::uint64_t>();
     spec.strategy = read_enum(in, Strategy::subspaces);
+    spec.subspaces = in.value<std::uint32_t>();
     spec.packing = read_enum(in, Packing::maps);
     spec.particles_per_set = in.value<std::uint64_t>();
     spec.hits_per_message = in.value<std::uint32_t>();

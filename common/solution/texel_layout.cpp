@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace lumenfarm {
 namespace {
@@ -64,15 +65,22 @@ Result<TexelLayout> TexelLayout::make(const Scene& scene, double texel_m) {
                          " texels; the limit is " + std::to_string(limits::texels_max) + ", " + std::to_string(fits_m) +
                          " m would fit");
     }
+    std::vector<std::uint16_t> rows;
+    rows.reserve(scene.triangles.size());
+    for (std::uint32_t triangle = 0; triangle < scene.triangles.size(); ++triangle)
+        rows.push_back(static_cast<std::uint16_t>(rows_for(longest_edge_m(scene, triangle), texel_m)));
+    return of_rows(std::move(rows));
+}
+
+Result<TexelLayout> TexelLayout::of_rows(std::vector<std::uint16_t> rows) {
     TexelLayout layout;
-    layout.rows_.reserve(scene.triangles.size());
-    layout.first_.reserve(scene.triangles.size() + 1);
+    layout.first_.reserve(rows.size() + 1);
     layout.first_.push_back(0);
-    for (std::uint32_t triangle = 0; triangle < scene.triangles.size(); ++triangle) {
-        const std::uint32_t rows = rows_for(longest_edge_m(scene, triangle), texel_m);
-        layout.rows_.push_back(static_cast<std::uint16_t>(rows));
-        layout.first_.push_back(layout.first_.back() + 2 * std::uint64_t{rows} * rows);
-    }
+    for (const std::uint64_t n : rows) layout.first_.push_back(layout.first_.back() + 2 * n * n);
+    layout.rows_ = std::move(rows);
+    if (layout.texel_count() > limits::texels_max)
+        return bad_input("there are " + std::to_string(layout.texel_count()) + " texels; the limit is " +
+                         std::to_string(limits::texels_max));
     return layout;
 }
 

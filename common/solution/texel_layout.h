@@ -16,11 +16,14 @@ public:
     /// n = ceil(longest edge / texel_m), at most limits::texel_rows_max. Errors: bad_input when the scene would have
     /// more than limits::texels_max texels: the sentence names a texel size that fits.
     static Result<TexelLayout> make(const Scene& scene, double texel_m);
+    /// The layout with so many rows for each triangle. Errors: bad_input (too many texels).
+    static Result<TexelLayout> of_rows(std::vector<std::uint16_t> rows);
     /// The layout of a job: the texel size in force for the spec and the scene's bounding box.
     static Result<TexelLayout> make(const Scene& scene, const JobSpec& spec);
 
     std::uint64_t texel_count() const { return first_.back(); }  ///< both sides together
     std::uint32_t rows(std::uint32_t triangle) const { return rows_[triangle]; }
+    const std::vector<std::uint16_t>& rows() const { return rows_; }  ///< of each triangle
     /// First texel of a triangle's side; its n^2 texels follow.
     std::uint64_t first_texel(std::uint32_t triangle, std::uint32_t side) const {
         return first_[triangle] + side * std::uint64_t{rows_[triangle]} * rows_[triangle];

@@ -37,6 +37,8 @@ inline constexpr std::uint64_t octree_nodes_max = 268'435'456;
 inline constexpr std::uint64_t octree_references_max = 2'000'000'000;  ///< triangles in leaves, repeats counted
 inline constexpr std::uint32_t octree_threads_max = 64;
 
+inline constexpr std::uint32_t subspaces_max = 65'536;  ///< that a scene is cut into
+
 // Particles and ticks
 inline constexpr std::uint64_t particles_max = std::uint64_t{1} << 32;  ///< of one job, all lights together
 inline constexpr std::uint32_t bounces_max = 4'096;  ///< safety bound on the hits of a path; reaching it is reported
@@ -68,12 +70,15 @@ inline constexpr std::uint64_t particles_per_set_max = 50'000'000;
 inline constexpr std::uint32_t hits_per_message_max = 60'000;
 inline constexpr std::size_t hit_record_bytes = 16;
 inline constexpr std::size_t hit_energy_bytes = 4;
+inline constexpr std::size_t flight_record_bytes = 80;
+inline constexpr std::uint32_t flights_per_message_max = 16'384;
 inline constexpr std::size_t frame_header_bytes = 32;
 inline constexpr std::size_t frame_payload_bytes_max = 2u << 20;
 inline constexpr std::size_t hello_payload_bytes_max = 4'096;
 inline constexpr std::size_t chunk_bytes = 1u << 20;  ///< of scenes and solutions on the wire
 static_assert(frame_header_bytes + hits_per_message_max * (hit_record_bytes + hit_energy_bytes) + 4'096 <=
               frame_payload_bytes_max);
+static_assert(frame_header_bytes + flights_per_message_max * flight_record_bytes + 4'096 <= frame_payload_bytes_max);
 static_assert(chunk_bytes + 4'096 <= frame_payload_bytes_max);
 
 // Farm: leases, results and who takes part
@@ -82,6 +87,12 @@ inline constexpr std::uint64_t last_set_particles = 256;     ///< guided sets do
 inline constexpr std::uint64_t slice_particles = 1'024;      ///< traced between two looks at whether to stop
 inline constexpr std::size_t result_close_bytes = 8u << 20;  ///< a worker closes a result that has grown to this
 inline constexpr std::size_t map_bytes_max = 64u << 20;      ///< dense sums of a job that is packed as maps
+inline constexpr std::uint64_t flights_waiting_max = 1'000'000;  ///< in subspaces; with more no light emits
+inline constexpr std::uint64_t flights_per_worker_max = 65'536;  ///< in its leases; half its outbox
+inline constexpr std::uint64_t part_bytes_per_triangle = 300;    ///< that a worker takes to trace in a subspace
+inline constexpr std::uint64_t part_bytes = 256u << 10;          ///< beside that, a subspace
+inline constexpr std::uint64_t plan_bytes_factor = 4;            ///< in memory, times those of the file
+inline constexpr std::uint64_t worker_bytes = 64u << 20;         ///< that a worker takes without a job
 inline constexpr std::size_t claims_per_result_max = 16'384;
 inline constexpr std::size_t staged_result_bytes_max = std::size_t{320} << 20;  ///< of one session's open result
 inline constexpr std::size_t staged_bytes_max = std::size_t{4} << 30;           ///< of all open results together
@@ -121,9 +132,10 @@ inline constexpr double drain_seconds = 10;  ///< a stopped worker may take this
 inline constexpr double drain_seconds_max = 86'400;
 inline constexpr double stop_seconds = 10;  ///< a stopped master waits this long for results on their way to its disk
 inline constexpr double busy_seconds_max = 3'600;  ///< a thread that computes need not answer the watchdog for so long
-/// A result that closes late, after the longest possible slice, still fits: records, energies and kept copies of them.
+/// A result that closes late, after the longest possible slice, still fits: records, energies and kept copies of them,
+/// and flights.
 static_assert(result_close_bytes + slice_particles * bounces_max * (hit_record_bytes + hit_energy_bytes + 32) +
-                  map_bytes_max <=
+                  slice_particles * flight_record_bytes + map_bytes_max <=
               staged_result_bytes_max);
 
 // Wire: sessions, work and results. Payload caps by message type stand in proto/message_type.h.
@@ -173,5 +185,6 @@ static_assert(outbox_bytes_low < outbox_bytes_high);
 static_assert(outbox_bytes_high + chunks_in_flight * (frame_header_bytes + frame_payload_bytes_max) <=
               outbox_bytes_max);
 static_assert(message_memory_bytes_max >= 2 * frame_payload_bytes_max);
+static_assert(flights_per_worker_max * flight_record_bytes <= outbox_bytes_max / 2);
 
 }  // namespace lumenfarm::limits

@@ -16,9 +16,9 @@ std::uint32_t wrapped(std::int64_t index, std::int64_t size, Wrap wrap) {
 
 }  // namespace
 
-std::vector<const Material*> materials_by_surface(const Scene& scene) {
+std::vector<const Material*> materials_by_surface(const Scene& palette, const Scene& geometry) {
     std::vector<const Material*> materials;
-    for (const Surface& surface : scene.surfaces) materials.push_back(&scene.materials[surface.material]);
+    for (const Surface& surface : geometry.surfaces) materials.push_back(&palette.materials[surface.material]);
     return materials;
 }
 
@@ -43,11 +43,11 @@ double MaterialTable::texture_albedo(std::uint32_t index, std::uint32_t bin, Vec
 }
 
 Vec2f MaterialTable::uv_at(std::uint32_t triangle, double b1, double b2) const {
-    const Triangle& corners = scene_->triangles[triangle];
+    const Triangle& corners = geometry_->triangles[triangle];
     const auto mix = [&](float Vec2f::*axis) {
-        return static_cast<float>((1 - b1 - b2) * static_cast<double>(scene_->uvs[corners[0]].*axis) +
-                                  b1 * static_cast<double>(scene_->uvs[corners[1]].*axis) +
-                                  b2 * static_cast<double>(scene_->uvs[corners[2]].*axis));
+        return static_cast<float>((1 - b1 - b2) * static_cast<double>(geometry_->uvs[corners[0]].*axis) +
+                                  b1 * static_cast<double>(geometry_->uvs[corners[1]].*axis) +
+                                  b2 * static_cast<double>(geometry_->uvs[corners[2]].*axis));
     };
     return {mix(&Vec2f::x), mix(&Vec2f::y)};
 }

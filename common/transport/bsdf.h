@@ -14,7 +14,9 @@ namespace lumenfarm {
 /// The materials of a scene with their spectra at hand.
 class MaterialTable {
 public:
-    explicit MaterialTable(const Scene& scene) : scene_(&scene) {}
+    explicit MaterialTable(const Scene& scene) : MaterialTable(scene, scene) {}
+    /// Of a part of the scene: `geometry` has the triangles, `palette` the rest.
+    MaterialTable(const Scene& palette, const Scene& geometry) : scene_(&palette), geometry_(&geometry) {}
 
     /// Albedo of a slot at a wavelength bin, in [0, 1]. `uv` is asked only where the slot has a texture.
     template <class Uv>
@@ -23,7 +25,7 @@ public:
         const double value = value_at(scene_->spectra[slot.spectrum], bin);
         return slot.texture == none ? value : value * texture_albedo(slot.texture, bin, uv());
     }
-    bool textured() const { return !scene_->textures.empty() && !scene_->uvs.empty(); }
+    bool textured() const { return !scene_->textures.empty() && !geometry_->uvs.empty(); }
     /// Interpolated texture coordinates. REQUIRES: textured().
     Vec2f uv_at(std::uint32_t triangle, double b1, double b2) const;
     double refractive_index(const Material& material, std::uint32_t bin) const {
@@ -35,10 +37,11 @@ private:
     double texture_albedo(std::uint32_t texture, std::uint32_t bin, Vec2f uv) const;
 
     const Scene* scene_;
+    const Scene* geometry_;
 };
 
-/// The material of each surface.
-std::vector<const Material*> materials_by_surface(const Scene& scene);
+/// The material of each surface of `geometry`, which may be a part of the scene.
+std::vector<const Material*> materials_by_surface(const Scene& palette, const Scene& geometry);
 
 /// What a particle meets: `normal` is the geometric one, on the side of incidence; cos_incident = -direction . normal.
 struct Incidence {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/octree/subspaces.h"
+#include "common/octree/partition.h"
 #include "common/transport/flight.h"
 #include "common/transport/tracer.h"
 

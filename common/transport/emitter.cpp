@@ -17,14 +17,16 @@ std::vector<TriangleRecord> triangles_of(const Scene& scene, const Light& light)
 
 }  // namespace
 
-Emitter::Emitter(const Scene& scene, const Emission& emission, const Subspaces& subspaces, std::uint64_t seed)
-    : scene_(scene), emission_(emission), subspaces_(subspaces), seed_(seed), extent_(scene_extent(scene)) {
-    for (const Light& light : scene.lights) triangles_.push_back(triangles_of(scene, light));
+Emitter::Emitter(const ScenePart& palette, const Emission& emission, const Partition& partition,
+                 const SceneExtent& extent)
+    : palette_(palette), emission_(emission), partition_(partition), extent_(extent) {
+    for (const Light& light : palette.scene.lights) triangles_.push_back(triangles_of(palette.scene, light));
 }
 
-void Emitter::emit(const ParticleRange& range, std::vector<Departure>& departures, EnergyBalance& balance) const {
-    const Launcher launcher(scene_, emission_, extent_, triangles_[range.light].data(), clear_nowhere_, seed_,
-                            range.light);
+void Emitter::emit(std::uint64_t seed, const ParticleRange& range, std::vector<Departure>& departures,
+                   EnergyBalance& balance) const {
+    const Launcher launcher(palette_.scene, emission_, extent_, triangles_[range.source].data(), clear_nowhere_, seed,
+                            range.source);
     LaunchLanes launched;
     for (std::uint64_t particle = range.first; particle < range.first + range.count; ++particle) {
         const std::size_t lane = particle % lane_count;
@@ -35,11 +37,12 @@ void Emitter::emit(const ParticleRange& range, std::vector<Departure>& departure
         Flight flight;
         flight.origin = launched.rays.origin.at(lane);
         flight.direction = launched.rays.direction.at(lane);
-        flight.from_triangle = launched.rays.from_triangle[lane];
+        const std::uint32_t from = launched.rays.from_triangle[lane];
+        flight.from_triangle = from == none ? none : palette_.numbers[from];
         flight.particle = static_cast<std::uint32_t>(particle);
         flight.wavelength = launched.wavelength[lane];
         flight.energy = flight.start_energy = energy;
-        depart(flight, subspaces_.next(flight.origin, flight.direction, 0), departures, balance);
+        depart(flight, partition_.next(flight.origin, flight.direction, 0), departures, balance);
     }
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "common/octree/subspaces.h"
-#include "common/scene/scene.h"
+#include "common/octree/partition.h"
 #include "common/transport/clearance.h"
 #include "common/transport/departure.h"
 #include "common/transport/emission.h"
 #include "common/transport/ray_query.h"
+#include "common/transport/scene_part.h"
 #include "common/transport/tracer.h"
 
 #include <cstdint>
@@ -17,17 +17,17 @@ namespace lumenfarm {
 /// They are those of TracerScene::trace to the bit.
 class Emitter {
 public:
-    /// REQUIRES: the arguments outlive this.
-    Emitter(const Scene& scene, const Emission& emission, const Subspaces& subspaces, std::uint64_t seed);
+    /// `palette`: of the scene; `extent`: of the whole. REQUIRES: the references outlive this.
+    Emitter(const ScenePart& palette, const Emission& emission, const Partition& partition, const SceneExtent& extent);
 
     /// Appends the particles of the range, and books what they emit, and what misses everything.
-    void emit(const ParticleRange& range, std::vector<Departure>& departures, EnergyBalance& balance) const;
+    void emit(std::uint64_t seed, const ParticleRange& range, std::vector<Departure>& departures,
+              EnergyBalance& balance) const;
 
 private:
-    const Scene& scene_;
+    const ScenePart& palette_;
     const Emission& emission_;
-    const Subspaces& subspaces_;
-    std::uint64_t seed_;
+    const Partition& partition_;
     SceneExtent extent_;
     ClearanceMap clear_nowhere_;
     std::vector<std::vector<TriangleRecord>> triangles_;  ///< of each light

@@ -7,13 +7,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <unordered_map>
 #include <utility>
 
 namespace lumenfarm {
 namespace {
-
-constexpr double margin = 0x1p-20;  ///< of the scene's half extent; distances in double are good to far less
 
 /// Flights in turn.
 class Arrivals {
@@ -44,9 +41,9 @@ private:
 /// Particles are followed as long as they are in it.
 class OneSubspace {
 public:
-    OneSubspace(const ScenePart& part, const Subspaces& subspaces, std::uint32_t subspace,
+    OneSubspace(const ScenePart& part, const Partition& partition, std::uint32_t subspace,
                 std::vector<Departure>& departures)
-        : part_(part), subspaces_(subspaces), subspace_(subspace), departures_(departures) {}
+        : part_(part), partition_(partition), subspace_(subspace), departures_(departures) {}
 
     bool enter(const Flights& flights, std::size_t lane, double from, EnergyBalance& balance) {
         const Stretch stretch = stretch_of(flights, lane, from);
@@ -74,7 +71,7 @@ public:
 
 private:
     Stretch stretch_of(const Flights& flights, std::size_t lane, double from) const {
-        return subspaces_.next(flights.rays.origin.at(lane), flights.rays.direction.at(lane), from);
+        return partition_.next(flights.rays.origin.at(lane), flights.rays.direction.at(lane), from);
     }
     void hand_over(const Flights& flights, std::size_t lane, const Stretch& next, EnergyBalance& balance) {
         Flight flight = flights.at(lane);
@@ -83,7 +80,7 @@ private:
     }
 
     const ScenePart& part_;
-    const Subspaces& subspaces_;
+    const Partition& partition_;
     std::uint32_t subspace_;
     std::vector<Departure>& departures_;
     WindowLanes windows_;
@@ -91,17 +88,17 @@ private:
 
 class Tracer final : public PartTracer {
 public:
-    Tracer(const ScenePart& part, std::unique_ptr<RayQuery> query)
-        : part_(part),
+    Tracer(ScenePart part, const Scene& palette, std::unique_ptr<RayQuery> query)
+        : part_(std::move(part)),
           query_(std::move(query)),
-          materials_(part.scene),
-          surface_materials_(materials_by_surface(part.scene)) {}
+          materials_(palette, part_.scene),
+          surface_materials_(materials_by_surface(palette, part_.scene)) {}
 
-    void trace(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights, const Subspaces& subspaces,
+    void trace(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights, const Partition& partition,
                std::uint32_t subspace, TracedHits& hits, std::vector<Departure>& departures) const override {
         const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, light);
         Arrivals arrivals(part_, flights);
-        OneSubspace region(part_, subspaces, subspace, departures);
+        OneSubspace region(part_, partition, subspace, departures);
         const std::size_t before = hits.records.size();
         if (wide_registers_)
             follow_avx2(rules, arrivals, region, hits);
@@ -122,7 +119,7 @@ private:
     }
 
     const bool wide_registers_ = has_wide_registers();
-    const ScenePart& part_;
+    ScenePart part_;
     std::unique_ptr<RayQuery> query_;
     MaterialTable materials_;
     std::vector<const Material*> surface_materials_;
@@ -130,43 +127,12 @@ private:
 
 }  // namespace
 
-ScenePart part_of(const Scene& scene, std::span<const std::uint32_t> triangles) {
-    ScenePart part;
-    part.extent = scene_extent(scene);
-    part.numbers.assign(triangles.begin(), triangles.end());
-    part.scene.materials = scene.materials;
-    part.scene.spectra = scene.spectra;
-    part.scene.textures = scene.textures;
-    std::unordered_map<std::uint32_t, std::uint32_t> corners;  // of the whole scene, to those of the part
-    const auto corner = [&](std::uint32_t whole) {
-        const auto [at, added] = corners.emplace(whole, static_cast<std::uint32_t>(part.scene.positions.size()));
-        if (added) {
-            part.scene.positions.push_back(scene.positions[whole]);
-            if (!scene.uvs.empty()) part.scene.uvs.push_back(scene.uvs[whole]);
-        }
-        return at->second;
-    };
-    auto next = triangles.begin();
-    for (const Surface& surface : scene.surfaces) {
-        Surface here = surface;
-        here.first_triangle = static_cast<std::uint32_t>(part.scene.triangles.size());
-        for (; next != triangles.end() && *next < surface.first_triangle + surface.triangle_count; ++next) {
-            const Triangle& whole = scene.triangles[*next];
-            part.scene.triangles.push_back({corner(whole[0]), corner(whole[1]), corner(whole[2])});
-        }
-        here.triangle_count = static_cast<std::uint32_t>(part.scene.triangles.size()) - here.first_triangle;
-        part.scene.surfaces.push_back(std::move(here));
-    }
-    return part;
-}
-
-double part_margin_m(const SceneExtent& extent) { return margin * extent.half_m; }
-
-Result<std::unique_ptr<PartTracer>> PartTracer::make(const ScenePart& part, const std::string& isa) {
+Result<std::unique_ptr<PartTracer>> PartTracer::make(ScenePart part, const Scene& palette, const SceneExtent& extent,
+                                                     const std::string& isa) {
     ensure(part.numbers.size() == part.scene.triangles.size(), "a part numbers its triangles");
-    auto query = RayQuery::make(part.scene, part.extent, isa);
+    auto query = RayQuery::make(part.scene, extent, isa);
     if (!query) return query.error();
-    return std::unique_ptr<PartTracer>(std::make_unique<Tracer>(part, std::move(query.value())));
+    return std::unique_ptr<PartTracer>(std::make_unique<Tracer>(std::move(part), palette, std::move(query.value())));
 }
 
 }  // namespace lumenfarm

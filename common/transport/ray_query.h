@@ -48,6 +48,7 @@ struct WindowLanes {
 struct SceneExtent {
     Vec3d centre;
     double half_m = 1;
+    bool operator==(const SceneExtent&) const = default;
 
     /// An origin far from the scene moves along its unit direction to where the scene may begin; others stay. Embree
     /// works in float, which holds the scene's numbers, not those of a lamp far away.

@@ -17,7 +17,7 @@ public:
           emission_(std::move(emission)),
           query_(std::move(query)),
           materials_(scene),
-          surface_materials_(materials_by_surface(scene)) {}
+          surface_materials_(materials_by_surface(scene, scene)) {}
 
     const Scene& scene() const override { return *scene_; }
     const Emission& emission() const override { return emission_; }
@@ -40,15 +40,15 @@ private:
 };
 
 inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const {
-    ensure(range.light < scene_->lights.size() && range.first + range.count <= limits::particles_max,
+    ensure(range.source < scene_->lights.size() && range.first + range.count <= limits::particles_max,
            "range is within the light");
-    const Light& light = scene_->lights[range.light];
+    const Light& light = scene_->lights[range.source];
     const TriangleRecord* triangles =
         query_->triangles().data() +
         (light.kind == LightKind::surface ? scene_->surfaces[light.surface].first_triangle : 0);
     const Launcher launcher(*scene_, emission_, query_->extent(), triangles, query_->clearance(), spec.seed,
-                            range.light);
-    const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, range.light);
+                            range.source);
+    const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, range.source);
     Queue queue(launcher, rules, range);
     WholeScene everywhere;
     follow(*query_, rules, queue, everywhere, hits, log);

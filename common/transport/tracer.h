@@ -17,9 +17,10 @@
 /// one TracerScene.
 namespace lumenfarm {
 
-/// Consecutive particles of one light: [first, first + count).
+/// Consecutive particles of one source: [first, first + count). Sources are the lights; in the object-space strategy
+/// also, behind them, the subspaces, whose particles in flight are numbered as they were filed (docs/subspaces.md).
 struct ParticleRange {
-    std::uint32_t light = 0;
+    std::uint32_t source = 0;
     std::uint64_t first = 0;
     std::uint64_t count = 0;
     bool operator==(const ParticleRange&) const = default;
@@ -73,7 +74,8 @@ public:
 
     virtual const Scene& scene() const = 0;
     virtual const Emission& emission() const = 0;
-    /// Traces the particles and appends to `hits`. REQUIRES: validate(spec); range within the light's particles.
+    /// Traces the particles and appends to `hits`. REQUIRES: validate(spec); the range is within a
+    /// light's particles.
     /// `log`, where given, receives every ray that was traced.
     virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits,
                        RayLog* log = nullptr) const = 0;

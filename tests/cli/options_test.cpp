@@ -114,7 +114,7 @@ TEST(JobOptions, WrongValuesAreToldWithTheirOption) {
                                                                                         {"--particles", "-5"},
                                                                                         {"--seed", "1.5"},
                                                                                         {"--packing", "zip"},
-                                                                                        {"--strategy", "subspaces"},
+                                                                                        {"--strategy", "space"},
                                                                                         {"--particles-per-set", "0"},
                                                                                         {"--hits-per-message", "5e9"},
                                                                                         {"--texel", "nan"},

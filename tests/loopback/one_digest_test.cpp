@@ -19,14 +19,17 @@ constexpr double patience_seconds = 60;
 struct Way {
     Packing packing = Packing::automatic;
     std::uint64_t particles_per_set = 0;
+    std::uint32_t subspaces = 0;  ///< 0: strategy sets
 };
 constexpr Way ways[] = {{Packing::records, 1'000}, {Packing::records, 50'000}, {Packing::records, 0},
-                        {Packing::maps, 1'000},    {Packing::maps, 50'000},    {Packing::maps, 0}};
+                        {Packing::maps, 1'000},    {Packing::maps, 50'000},    {Packing::maps, 0},
+                        {Packing::records, 0, 8},  {Packing::maps, 1'000, 64}};
 
 std::string describe(const EmbeddedFarm::Options& farm, const Way& way) {
     return std::to_string(farm.workers) + " workers of " + std::to_string(farm.threads) + " threads, " + farm.isa +
            ", sets of " + std::to_string(way.particles_per_set) +
-           (way.packing == Packing::maps ? ", maps" : ", records");
+           (way.packing == Packing::maps ? ", maps" : ", records") +
+           (way.subspaces > 0 ? ", subspaces " + std::to_string(way.subspaces) : "");
 }
 
 bool runs(const std::string& isa) {
@@ -44,6 +47,8 @@ protected:
         spec.absorption = GetParam();
         spec.packing = way.packing;
         spec.particles_per_set = way.particles_per_set;
+        if (way.subspaces > 0) spec.strategy = Strategy::subspaces;
+        spec.subspaces = way.subspaces;
         return spec;
     }
 

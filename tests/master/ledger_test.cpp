@@ -31,7 +31,7 @@ TEST(Ledger, GivesEveryParticleOnce) {
     Ledger ledger({1'000, 10});
     IntervalSet seen[2];
     for (LeaseId id = 1; const auto range = lease(ledger, id, ann, 7, 0, 60); ++id)
-        EXPECT_TRUE(seen[range->light].insert(range->first, range->first + range->count));
+        EXPECT_TRUE(seen[range->source].insert(range->first, range->first + range->count));
     EXPECT_TRUE(seen[0].covers(0, 1'000));
     EXPECT_TRUE(seen[1].covers(0, 10));
     EXPECT_EQ(ledger.unleased(), 0u);
@@ -42,7 +42,7 @@ TEST(Ledger, GivesTheLightsEqualFractions) {
     std::uint64_t given[2] = {0, 0};
     for (LeaseId id = 1; id <= 50; ++id) {
         const auto range = lease(ledger, id, ann, 100, 0, 60);
-        given[range->light] += range->count;
+        given[range->source] += range->count;
     }
     EXPECT_NEAR(static_cast<double>(given[0]) / 10'000, static_cast<double>(given[1]) / 1'000, 0.1);
 }
@@ -306,7 +306,7 @@ TEST(Ledger, GoesOnWhereAnEarlierOneEnded) {
     ASSERT_TRUE(committed[0].insert(40, 50));
     const std::array leases{GivenLease{7, ann, {0, 0, 30}}, GivenLease{8, bob, {0, 40, 10}},
                             GivenLease{9, bob, {0, 25, 10}}, GivenLease{6, bob, {1, 95, 6}}};
-    Ledger ledger({60, 100}, committed, leases, 5, 50);
+    Ledger ledger({60, 100}, 2, committed, leases, 5, 50);
     EXPECT_EQ(ledger.committed_particles(), 20u);
     EXPECT_TRUE(ledger.held_by(ann, 7));
     EXPECT_EQ(verdict(ledger, ann, {7, {0, 0, 10}}), ClaimVerdict::current);
@@ -318,11 +318,90 @@ TEST(Ledger, GoesOnWhereAnEarlierOneEnded) {
     EXPECT_EQ(ledger.unleased(), 20u + 100u);
     IntervalSet given;
     for (LeaseId id = 100; const auto range = lease(ledger, id, bob, 7, 5, 50); ++id)
-        if (range->light == 0) {
+        if (range->source == 0) {
             EXPECT_TRUE(given.insert(range->first, range->first + range->count));
         }
     EXPECT_EQ(given.intervals(), (std::vector<IntervalSet::Interval>{{30, 40}, {50, 60}}));
     EXPECT_EQ(ledger.expire(51), 1u + 4u + 15u);
+}
+
+/// One light of 100 particles, and queues of 0 to 2.
+class QueueLedger : public ::testing::Test {
+protected:
+    std::optional<ParticleRange> lease_of(LeaseId id, std::uint32_t source, std::uint64_t count = 1'000) {
+        const auto given = ledger_.lease(id, ann, Ledger::Hands::empty, count, 0, 60, source);
+        return given ? std::optional(given->range) : std::nullopt;
+    }
+    void finish(LeaseId id, const ParticleRange& range) { commit(ledger_, std::array{whole(id, range)}); }
+
+    Ledger ledger_{{100, 0, 0, 0}, 1, {}, {}, 0, 0};
+};
+
+TEST_F(QueueLedger, QueueGivesWhatWasFiled) {
+    EXPECT_FALSE(lease_of(1, 2));
+    ledger_.grow(2, 10);
+    ledger_.grow(3, 4);
+    ledger_.grow(2, 5);
+    EXPECT_EQ(ledger_.queued(), 19u);
+    EXPECT_EQ(*ledger_.queues().rbegin(), (std::pair<std::uint64_t, std::uint32_t>{15, 2}));
+    EXPECT_EQ(lease_of(1, 2, 12), (ParticleRange{2, 0, 12}));
+    EXPECT_EQ(lease_of(2, 2), (ParticleRange{2, 12, 3}));
+    EXPECT_FALSE(lease_of(3, 2));
+    EXPECT_EQ(ledger_.queued(), 4u);
+    EXPECT_EQ(ledger_.contradiction(), std::nullopt);
+}
+
+TEST_F(QueueLedger, IsCompleteWhenNothingIsInFlight) {
+    finish(1, *lease_of(1, 0));
+    EXPECT_EQ(ledger_.committed_particles(), 100u);
+    EXPECT_TRUE(ledger_.complete());
+    ledger_.grow(1, 3);
+    EXPECT_FALSE(ledger_.complete());
+    finish(2, *lease_of(2, 1));
+    EXPECT_TRUE(ledger_.complete());
+    EXPECT_EQ(ledger_.particles(), 100u);
+    EXPECT_EQ(ledger_.committed_particles(), 100u) << "flights are no particles of their own";
+}
+
+TEST_F(QueueLedger, WhatALostWorkerHadOfAQueueIsGivenOutAgain) {
+    ledger_.grow(1, 10);
+    const auto range = lease_of(1, 1);
+    ledger_.release(1);
+    EXPECT_EQ(lease_of(2, 1), range);
+    EXPECT_EQ(verdict(ledger_, ann, whole(1, *range)), ClaimVerdict::stale);
+    EXPECT_EQ(ledger_.expire(61), 1u);
+    EXPECT_EQ(ledger_.queued(), 0u);
+    const auto given = ledger_.lease(3, bob, Ledger::Hands::empty, 1'000, 100, 160);
+    ASSERT_TRUE(given);
+    EXPECT_EQ(given->range, *range);
+    EXPECT_EQ(ledger_.contradiction(), std::nullopt);
+}
+
+TEST_F(QueueLedger, RestartEmptiesTheQueues) {
+    ledger_.grow(1, 10);
+    ledger_.grow(2, 10);
+    finish(1, *lease_of(1, 0, 40));
+    (void)lease_of(2, 1, 4);
+    (void)ledger_.take_ended();
+    ledger_.restart();
+    EXPECT_EQ(ledger_.take_ended(), std::vector<LeaseId>{2});
+    EXPECT_EQ(ledger_.unleased(), 100u);
+    EXPECT_EQ(ledger_.queued(), 0u);
+    EXPECT_EQ(ledger_.committed_particles(), 0u);
+    EXPECT_FALSE(ledger_.holds(2));
+    EXPECT_EQ(ledger_.contradiction(), std::nullopt);
+}
+
+TEST(Ledger, QueuesGoOnWhereAnEarlierOneEnded) {
+    std::vector<IntervalSet> committed(2);
+    ASSERT_TRUE(committed[0].insert(0, 50));
+    ASSERT_TRUE(committed[1].insert(0, 10));
+    const std::array leases{GivenLease{7, ann, {1, 5, 10}}, GivenLease{8, ann, {1, 15, 10}}};
+    Ledger ledger({50, 20}, 1, committed, leases, 5, 50);
+    EXPECT_EQ(verdict(ledger, ann, {7, {1, 10, 5}}), ClaimVerdict::current);
+    EXPECT_FALSE(ledger.holds(8)) << "so many were never filed";
+    EXPECT_EQ(ledger.queued(), 5u);
+    EXPECT_FALSE(ledger.complete());
 }
 
 }  // namespace

@@ -182,7 +182,7 @@ TEST_F(ControlTest, RunningJobIsExtended) {
     EXPECT_EQ(prepare_->job.spec.particles, 20'000u);
     RecoveredJob done;
     done.committed.resize(2);
-    done.committed[lease.range.light].insert(lease.range.first, lease.range.first + lease.range.count);
+    done.committed[lease.range.source].insert(lease.range.first, lease.range.first + lease.range.count);
     prepare(std::move(done));
     finish(job);
     EXPECT_EQ(results_, 21u);
@@ -366,7 +366,7 @@ TEST_F(ControlTest, SetThatKillsThreeWorkersIsSetAsideAndTheJobGoesOnAndThenPaus
             const auto leases = pull(ann, worker < 102 ? 3 : 1);
             if (!poison) poison = leases.at(0).range;
             const auto kills = std::any_of(leases.begin(), leases.end(), [&](const wire::Lease& lease) {
-                return lease.range.light == poison->light && lease.range.first < poison->first + poison->count &&
+                return lease.range.source == poison->source && lease.range.first < poison->first + poison->count &&
                        poison->first < lease.range.first + lease.range.count;
             });
             if (kills || leases.empty()) break;

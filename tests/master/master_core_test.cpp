@@ -188,7 +188,7 @@ TEST_F(MasterTest, OpenResultOfOneSessionIsBounded) {
     submit(records_job(), 1);
     join(ann, 11);
     const auto lease = pull(ann, 1)[0];
-    wire::ResultHits part(wire::PartId(lease.job, 1, 0), lease.range.light, {}, {});
+    wire::ResultHits part(wire::PartId(lease.job, 1, 0), lease.range.source, {}, {});
     part.records.assign(limits::hits_per_message_max, HitRecord{});
     for (; part.part.sequence < 400; ++part.part.sequence) {
         take(master_.on_message(ann, part, 0, now_s_));

@@ -87,7 +87,7 @@ protected:
         const ParticleRange range = part.value_or(lease.range);
         TracedHits hits;
         FakeTracer(prepared_->scene).trace(records_job(), range, hits, nullptr);
-        wire::ResultHits records(wire::PartId(lease.job, number, 0), range.light, hits.records, {});
+        wire::ResultHits records(wire::PartId(lease.job, number, 0), range.source, hits.records, {});
         wire::ResultDone done(lease.job, number, {wire::Claim(lease.lease, lease.epoch, range)}, 1, hits.balance, 0.1,
                               0);
         return {records, done};
@@ -116,7 +116,7 @@ protected:
         if (!tickets.empty()) take(master_.on_results_stored(tickets, thresholds(), now_s_), true);
         for (const StoreRecord& record : records) take(master_.on_record_stored(record, {}, now_s_), true);
     }
-    static std::map<JobId, std::uint64_t> thresholds() { return {{1, 100}}; }
+    static std::map<JobId, Merged> thresholds() { return {{1, {100, {}}}}; }
     template <class E>
     std::optional<E> find() const {
         for (const Effect& effect : effects_)

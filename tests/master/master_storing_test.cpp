@@ -225,7 +225,7 @@ TEST_F(RestartedMasterTest, GoesOnWithWhatWasCommitted) {
     EXPECT_EQ(status->committed, 3'000u);
     EXPECT_EQ(status->elapsed_seconds, 70);
     join(ann, 11);
-    for (const auto& lease : pull(ann, 9)) EXPECT_TRUE(lease.range.light == 1 || lease.range.first >= 3'000);
+    for (const auto& lease : pull(ann, 9)) EXPECT_TRUE(lease.range.source == 1 || lease.range.first >= 3'000);
 }
 
 TEST_F(RestartedMasterTest, JobThatWasToBeCancelledEnds) {

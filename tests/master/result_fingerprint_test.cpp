@@ -31,28 +31,28 @@ protected:
         };
         std::uint32_t parts = 0;
         if (spec_.packing == Packing::records) {
-            for (auto& part : wire::pack_hits(wire::PartId(1, 1, 0), range.light, hits.records, hits.energies, 400)) {
+            for (auto& part : wire::pack_hits(wire::PartId(1, 1, 0), range.source, hits.records, hits.energies, 400)) {
                 add(std::move(part));
                 ++parts;
             }
         } else {
             LightMap sums(prepared_->scene, prepared_->layout);
-            sums.add(tracer_->emission(), range.light, hits.records, hits.energies);
+            sums.add(tracer_->emission(), range.source, hits.records, hits.energies);
             for (auto& part : wire::pack_map(wire::PartId(1, 1, 0), sums.texels(), sums.surfaces())) {
                 add(std::move(part));
                 ++parts;
             }
             std::vector<KeptHit> kept;
-            const auto& energy = tracer_->emission().lights[range.light].energy;
+            const auto& energy = tracer_->emission().lights[range.source].energy;
             for (const HitRecord& record : hits.records)
-                kept.push_back({record, range.light, energy[record.wavelength]});
+                kept.push_back({record, range.source, energy[record.wavelength]});
             for (auto& part : wire::pack_kept(wire::PartId(1, 1, parts), kept)) {
                 add(std::move(part));
                 ++parts;
             }
         }
         const auto whole =
-            result.complete(wire::ResultDone(1, 1, {wire::Claim(1, 1, range)}, parts, hits.balance, 1, 1));
+            result.complete(*prepared_, wire::ResultDone(1, 1, {wire::Claim(1, 1, range)}, parts, hits.balance, 1, 1));
         EXPECT_TRUE(whole) << whole.error().sentence;
         return result_fingerprint(result, half, key);
     }

@@ -97,7 +97,7 @@ TEST(Subspaces, StretchesOfARayFollowEachOtherInsideTheirCells) {
     std::size_t stretches = 0;
     for (int i = 0; i < 20'000; ++i) {
         const auto [origin, direction] = rays.next();
-        for (Stretch at = subspaces.next(origin, direction, 0); at.subspace != none; ++stretches) {
+        for (Stretch at = subspaces.partition().next(origin, direction, 0); at.subspace != none; ++stretches) {
             ASSERT_GT(at.leaves, at.enters);
             if (at.leaves == endless) break;
             const Box& box = subspaces.all()[at.subspace].box;
@@ -111,7 +111,7 @@ TEST(Subspaces, StretchesOfARayFollowEachOtherInsideTheirCells) {
                     ASSERT_TRUE(middle[axis] >= box.low[axis] - slack && middle[axis] <= box.high[axis] + slack);
             }
             const double left = at.leaves;
-            at = subspaces.next(origin, direction, left);
+            at = subspaces.partition().next(origin, direction, left);
             ASSERT_GE(at.enters, left);
         }
     }
@@ -151,7 +151,7 @@ TEST(Subspaces, HoldTheTrianglesThatRaysMeetInThem) {
             const auto distance = distance_to(scene, t, origin, direction);
             if (!distance || *distance < 0) continue;
             ++meetings;
-            const std::uint32_t subspace = subspaces.next(origin, direction, *distance).subspace;
+            const std::uint32_t subspace = subspaces.partition().next(origin, direction, *distance).subspace;
             ASSERT_NE(subspace, none);
             ASSERT_TRUE(std::ranges::binary_search(filed[subspace], t)) << i << " triangle " << t;
         }

@@ -1,10 +1,13 @@
 #include "proto/messages.h"
 
+#include "common/spectrum/spectrum.h"
 #include "tests/proto/sample_messages.h"
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <set>
 
 namespace lumenfarm::wire {
@@ -75,6 +78,10 @@ TEST(Messages, LargestFitTheirCaps) {
     const std::vector<LeaseRef> refs(limits::leases_per_worker_max, LeaseRef(1, 1));
     const std::vector<Claim> claims(limits::claims_per_result_max, Claim(1, 1, {0, 0, 1}));
     std::vector<std::uint32_t> chunks(limits::chunks_max);
+    Lease largest_lease(1, 1, 1, {limits::lights_max, 0, limits::flights_per_message_max}, 1);
+    largest_lease.flights.assign(limits::flights_per_message_max, test::sample_flight());
+    std::vector<std::uint32_t> subspaces(limits::subspaces_max);
+    std::iota(subspaces.begin(), subspaces.end(), 0u);
     const std::vector<Message> largest = {
         hello,
         Goodbye(GoodbyeReason::done, text),
@@ -87,6 +94,9 @@ TEST(Messages, LargestFitTheirCaps) {
         ResultMap(part, std::vector<TexelDelta>(limits::texel_deltas_per_message_max),
                   std::vector<SurfaceDelta>(limits::surface_deltas_per_message_max)),
         ResultKept(part, std::vector<KeptHit>(limits::hits_per_message_max)),
+        ResultFlights(part, 0, std::vector<FlightRecord>(limits::flights_per_message_max, test::sample_flight())),
+        largest_lease,
+        PartsHeld(1, subspaces, 1),
         ResultDone(1, 1, claims, 1, test::sample_balance(limits::claims_per_result_max), 1, 1),
         ResultAck(1, 1, Verdict::invalid, text),
         Manifest(manifest),
@@ -113,7 +123,13 @@ TEST(Messages, WhatCannotBeTrueIsRefused) {
     EXPECT_TRUE(refused(Pull(limits::leases_per_worker_max + 1)));
     EXPECT_TRUE(refused(Lease(1, 1, 1, {0, 5, 0}, 0))) << "an empty range";
     EXPECT_TRUE(refused(Lease(1, 1, 1, {0, std::numeric_limits<std::uint64_t>::max(), 2}, 0))) << "overflow";
-    EXPECT_TRUE(refused(Lease(1, 1, 1, {limits::lights_max, 0, 1}, 0)));
+    EXPECT_TRUE(refused(Lease(1, 1, 1, {limits::lights_max + limits::subspaces_max, 0, 1}, 0)));
+    Lease too_few = test::sample_lease_of_flights();
+    too_few.flights.pop_back();
+    EXPECT_TRUE(refused(too_few)) << "one of its particles is missing";
+    EXPECT_TRUE(refused(PartsHeld(1, {3, 3}, 0)));
+    EXPECT_TRUE(refused(PartsHeld(1, {limits::subspaces_max}, 0)));
+    EXPECT_TRUE(refused(ResultFlights(part, 0, {})));
     EXPECT_TRUE(refused(ReturnLeases(ReturnReason::ending, {})));
     EXPECT_TRUE(refused(ResultHits(part, 0, {}, {})));
     EXPECT_TRUE(refused(ResultHits(part, 0, {{}, {}}, {1})));
@@ -124,21 +140,39 @@ TEST(Messages, WhatCannotBeTrueIsRefused) {
     EXPECT_TRUE(refused(SubmitReply(3, {1})));
     EXPECT_TRUE(refused(Manifest(FileManifest(Digest(), limits::chunk_bytes + 1, {Digest()}))));
     EXPECT_TRUE(refused(Submit(1, JobSpec(), FileManifest(Digest(), limits::scene_bytes_max + 1, {}))));
+    const std::vector<std::function<void(Flight&)>> impossible = {
+        [](Flight& flight) {
+            flight.direction = {0.6, 0, 0.6};
+        },
+        [](Flight& flight) { flight.direction.y = std::numeric_limits<double>::quiet_NaN(); },
+        [](Flight& flight) { flight.origin.x = 1e12; },
+        [](Flight& flight) { flight.travelled_m = -1; },
+        [](Flight& flight) { flight.travelled_m = std::numeric_limits<double>::infinity(); },
+        [](Flight& flight) { flight.bounce = limits::bounces_max; },
+        [](Flight& flight) { flight.wavelength = wavelength_bins; },
+        [](Flight& flight) { flight.energy = 0; },
+        [](Flight& flight) { flight.start_energy = limits::energy_ticks_max + 1; },
+    };
+    for (const auto& spoil : impossible) {
+        Flight flight = unpack_flight(test::sample_flight());
+        spoil(flight);
+        EXPECT_TRUE(refused(ResultFlights(part, 0, {pack_flight(flight, 1)})));
+    }
     auto spec = test::sample_spec();
     spec.packing = Packing::automatic;
     EXPECT_TRUE(refused(JobInfo(1, Digest(), 1, spec, 1, 1)));
 }
 
-TEST(Messages, BalanceThatIsNotClosedIsRefused) {
+TEST(Messages, BalanceThatCannotBeIsRefused) {
     const auto done = [](const EnergyBalance& balance) {
         return ResultDone(1, 1, {Claim(1, 1, {0, 0, 150})}, 0, balance, 0, 0);
     };
     auto balance = test::sample_balance(150);
     EXPECT_FALSE(refused(done(balance)));
-    ++balance.absorbed;
-    EXPECT_TRUE(refused(done(balance)));
     balance = test::sample_balance(149);
-    EXPECT_TRUE(refused(done(balance))) << "particles of the ranges are not those of the balance";
+    EXPECT_FALSE(refused(done(balance))) << "one may have been in flight: the master knows";
+    balance = test::sample_balance(151);
+    EXPECT_TRUE(refused(done(balance))) << "more particles than the ranges have";
     balance = test::sample_balance(150);
     ++balance.emitted_by_batch[0];
     EXPECT_TRUE(refused(done(balance)));

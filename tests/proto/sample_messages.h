@@ -65,6 +65,26 @@ inline wire::WorkerStatus sample_worker_status() {
     return status;
 }
 
+inline wire::FlightRecord sample_flight() {
+    Flight flight;
+    flight.origin = {1, -2, 0.5};
+    flight.direction = {0.6, 0, -0.8};
+    flight.travelled_m = 3.25;
+    flight.from_triangle = 17;
+    flight.particle = 5'000;
+    flight.bounce = 3;
+    flight.wavelength = 120;
+    flight.energy = 60'000;
+    flight.start_energy = 65'000;
+    return wire::pack_flight(flight, 1);
+}
+
+inline wire::Lease sample_lease_of_flights() {
+    wire::Lease lease(5, 2, 12, {4, 100, 3}, 1u << 30);
+    lease.flights.assign(3, sample_flight());
+    return lease;
+}
+
 /// At least one of every type, with no field left at its default where that would hide a mistake.
 inline std::vector<wire::Message> sample_messages() {
     using namespace wire;
@@ -87,6 +107,8 @@ inline std::vector<wire::Message> sample_messages() {
         Pull(4),
         JobInfo(12, sample_digest(9), 100'000, sample_spec(), 0.05, 2.0),
         Lease(4, 2, 12, {1, 5'000, 100}, 1u << 30),
+        sample_lease_of_flights(),
+        PartsHeld(12, {0, 3, 7}, 1'000'000),
         JobGone(12),
         ReturnLeases(ReturnReason::no_scene, {{4, 2}, {5, 1}}),
         Progress(1.5e6, {{1, 4, 50}, {2, 5, 0}}),
@@ -95,6 +117,7 @@ inline std::vector<wire::Message> sample_messages() {
         ResultHits(part, 1, records, {70'000, 12}),
         ResultMap(part, {{3, 2, 100, 90, 80, 70, 60}, {9, 1, 50, 40, 30, 20, 10}}, {{0, 33, 100, 80, 2}}),
         ResultKept(part, {{records[0], 1, 65'000}}),
+        ResultFlights(part, 7, {sample_flight(), sample_flight()}),
         ResultDone(12, 3, {claim, {5, 1, {0, 0, 50}}}, 2, sample_balance(150), 1.25, 1.5),
         ResultAck(12, 3, Verdict::stale, "lease 4 was given out again"),
         ManifestRequest(sample_digest(1)),

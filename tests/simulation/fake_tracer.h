@@ -25,7 +25,7 @@ public:
     }
 
     void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog*) const override {
-        for (std::uint64_t i = range.first; i < range.first + range.count; ++i) trace_one(spec, range.light, i, hits);
+        for (std::uint64_t i = range.first; i < range.first + range.count; ++i) trace_one(spec, range.source, i, hits);
     }
 
 protected:

@@ -99,13 +99,13 @@ void FarmChecks::on_sent(const MasterCore& core, std::uint64_t to, const wire::M
 void FarmChecks::on_lease(const wire::Lease& lease) {
     const ParticleRange& range = lease.range;
     world_.note(Who::master, lease.epoch, "leases (job, light, first, count)",
-                {lease.job, range.light, range.first, range.count});
+                {lease.job, range.source, range.first, range.count});
     if (lease.audit != 0) {
         audit_leases_.insert(lease.lease);
         return;
     }
-    if (acknowledged(lease.job, range.light).overlaps(range.first, range.first + range.count))
-        violated(named(lease.job, range.light, range.first, range.first + range.count) +
+    if (acknowledged(lease.job, range.source).overlaps(range.first, range.first + range.count))
+        violated(named(lease.job, range.source, range.first, range.first + range.count) +
                  " are leased again after they were acknowledged");
 }
 
@@ -121,9 +121,9 @@ void FarmChecks::on_ack(const MasterCore& core, WorkerId worker, const wire::Res
     for (const wire::Claim& claim : offer.mapped().claims) {
         const ParticleRange& range = claim.range;
         const std::uint64_t end = range.first + range.count;
-        const std::string name = named(ack.job, range.light, range.first, end);
-        if (!acknowledged(ack.job, range.light).insert(range.first, end)) violated(name + " are committed twice");
-        if (ledger && !ledger->committed()[range.light].covers(range.first, end))
+        const std::string name = named(ack.job, range.source, range.first, end);
+        if (!acknowledged(ack.job, range.source).insert(range.first, end)) violated(name + " are committed twice");
+        if (ledger && !ledger->committed()[range.source].covers(range.first, end))
             violated(name + " are acknowledged, and not committed");
     }
 }

@@ -198,7 +198,7 @@ void SimulatedMaster::commit(bool leases_too) {
     const auto batch = commits_.begin(leases_too);
     if (!batch) return;
     slowly([this, batch] { return storage_->commit(*batch); },
-           [this, batch](const Result<std::map<JobId, std::uint64_t>>& stored) {
+           [this, batch](const Result<std::map<JobId, Merged>>& stored) {
                commits_.end(*batch, stored.has_value());
                Effects effects = core_->on_results_stored(batch->tickets(), stored, world_.now_s());
                commit(false);

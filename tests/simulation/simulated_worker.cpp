@@ -141,6 +141,12 @@ void SimulatedWorker::carry_out(worker::LoadScene& load) {
 }
 
 void SimulatedWorker::carry_out(worker::PrepareJob& prepare) {
+    if (prepare.info.spec.strategy == Strategy::subspaces)
+        return later(0.1, [this, prepare] {
+            auto plan = make_plan_context(*prepare.scene_bytes).value();
+            carry_out(core_->on_job_prepared(prepare.info, make_job_context(prepare.info, nullptr, std::move(plan)),
+                                             world_.now_s()));
+        });
     auto scene = std::make_shared<SceneContext>();
     scene->scene = decode_scene(*prepare.scene_bytes).value();
     if (lies_one_in_ > 0) {
@@ -149,7 +155,14 @@ void SimulatedWorker::carry_out(worker::PrepareJob& prepare) {
         scene->tracer = std::make_unique<FakeTracer>(scene->scene);
     }
     later(0.1, [this, info = prepare.info, scene] {
-        carry_out(core_->on_job_prepared(info, make_job_context(info, scene), world_.now_s()));
+        carry_out(core_->on_job_prepared(info, make_job_context(info, scene, nullptr), world_.now_s()));
+    });
+}
+
+void SimulatedWorker::carry_out(worker::PreparePart& prepare) {
+    later(0.1, [this, prepare] {
+        auto part = make_part(*prepare.part_bytes, *prepare.job->plan, {});
+        carry_out(core_->on_part_prepared(prepare.key, std::move(part), world_.now_s()));
     });
 }
 

@@ -60,6 +60,7 @@ private:
     void carry_out(worker::LoadScene& load);
     void carry_out(worker::KeepScene& keep) { cache_[keep.scene] = keep.bytes; }
     void carry_out(worker::PrepareJob& prepare);
+    void carry_out(worker::PreparePart& prepare);
     void carry_out(worker::Finished&);
     void carry_out(worker::Discarded&) {}
     void carry_out(worker::GiveUp& give_up);

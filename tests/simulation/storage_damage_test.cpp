@@ -90,7 +90,8 @@ protected:
         FakeTracer(prepared_->scene).trace(record_.spec, range, hits, nullptr);
         StagedResult staged(1, number);
         staged.add(record_.spec, *prepared_, wire::ResultHits(wire::PartId(1, number, 0), 0, hits.records, {}));
-        EXPECT_TRUE(staged.complete({1, number, {wire::Claim(number + 1, 0, range)}, 1, hits.balance, 0.5, 0.5}));
+        EXPECT_TRUE(
+            staged.complete(*prepared_, {1, number, {wire::Claim(number + 1, 0, range)}, 1, hits.balance, 0.5, 0.5}));
         return staged;
     }
     Digest sums_of(std::uint64_t subset) const {

@@ -1,7 +1,10 @@
 #include "common/transport/part_tracer.h"
 
+#include "common/octree/subspaces.h"
 #include "common/transport/emission.h"
 #include "common/transport/emitter.h"
+#include "common/transport/scene_part.h"
+#include "common/transport/territory.h"
 #include "tests/scenes/scene_builder.h"
 #include "tests/transport/sorted_hits.h"
 
@@ -20,42 +23,41 @@ WeightedOctree weigh(const Scene& scene) {
     return make_weighted_octree(scene, {}, shares);
 }
 
+/// A scene in parts, of which each is at hand at one of `places`.
 struct Parts {
-    Parts(const Scene& scene, std::uint32_t count) : subspaces(Subspaces::cut(weigh(scene), count).value()) {
-        for (const auto& triangles : subspaces.triangles(scene, part_margin_m(scene_extent(scene))))
-            parts.push_back(part_of(scene, triangles));
-        for (const ScenePart& part : parts) tracers.push_back(std::move(PartTracer::make(part).value()));
-    }
-    std::size_t triangles() const {
-        std::size_t sum = 0;
-        for (const ScenePart& part : parts) sum += part.numbers.size();
-        return sum;
+    Parts(const Scene& scene, std::uint32_t count, std::uint32_t places = 1)
+        : subspaces(Subspaces::cut(weigh(scene), count).value()), palette(palette_of(scene)) {
+        const SceneExtent extent = scene_extent(scene);
+        const std::uint32_t all = subspaces.partition().subspaces();
+        std::vector<std::vector<std::shared_ptr<const PartTracer>>> held(
+            places, std::vector<std::shared_ptr<const PartTracer>>(all));
+        for (const auto& filed : subspaces.triangles(scene, part_margin_m(extent))) {
+            ScenePart part = part_of(scene, filed);
+            triangles += part.numbers.size();
+            held[made % places][made] = PartTracer::make(std::move(part), palette.scene, extent).value();
+            ++made;
+        }
+        for (auto& place : held) territories.emplace_back(subspaces.partition(), std::move(place));
     }
 
     Subspaces subspaces;
-    std::vector<ScenePart> parts;
-    std::vector<std::unique_ptr<PartTracer>> tracers;
+    ScenePart palette;
+    std::vector<Territory> territories;
+    std::size_t triangles = 0;
+    std::uint32_t made = 0;
 };
 
 /// Particles of all lights, from their emission to their end.
 TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec& spec, std::uint64_t particles) {
-    const Emission emission = make_emission(scene).value();
-    const Emitter emitter(scene, emission, parts.subspaces, spec.seed);
+    const Emission emission = make_emission(parts.palette.scene).value();
+    const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), scene_extent(scene));
     TracedHits hits;
     for (std::uint32_t light = 0; light < scene.lights.size(); ++light) {
-        std::vector<std::vector<Flight>> waiting(parts.subspaces.all().size());
-        std::vector<Departure> departures;
-        emitter.emit({light, 17, particles}, departures, hits.balance);
-        for (bool busy = true; busy;) {
-            for (const Departure& departure : departures) waiting[departure.subspace].push_back(departure.flight);
-            departures.clear();
-            busy = false;
-            for (std::uint32_t subspace = 0; subspace < waiting.size(); ++subspace) {
-                if (waiting[subspace].empty()) continue;
-                busy = true;
-                const std::vector<Flight> flights = std::exchange(waiting[subspace], {});
-                parts.tracers[subspace]->trace(spec, light, flights, parts.subspaces, subspace, hits, departures);
-            }
+        std::vector<Departure> moving;
+        emitter.emit(spec.seed, {light, 17, particles}, moving, hits.balance);
+        for (std::size_t at = 0; !moving.empty(); at = (at + 1) % parts.territories.size()) {
+            const std::vector<Departure> arrivals = std::exchange(moving, {});
+            parts.territories[at].trace(spec, light, arrivals, hits, moving);
         }
     }
     return hits;
@@ -75,8 +77,9 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
         JobSpec spec;
         spec.absorption = absorption;
         const TracedHits whole = trace_whole(scene, spec, 20'000);
-        for (const std::uint32_t count : {1u, 8u, 64u, 200u}) {
-            const Parts parts(scene, count);
+        for (const auto& [count, places] : std::vector<std::pair<std::uint32_t, std::uint32_t>>{
+                 {1, 1}, {8, 1}, {8, 8}, {64, 3}, {200, 1}, {200, 200}}) {
+            const Parts parts(scene, count, places);
             const TracedHits together = trace_in_parts(scene, parts, spec, 20'000);
             EXPECT_EQ(together.balance, whole.balance) << count;
             EXPECT_TRUE(sorted(together) == sorted(whole)) << count;
@@ -94,8 +97,8 @@ TEST(PartTracer, HillsOfManyTrianglesGiveTheSameHitsInParts) {
     b.surface_light(lamp, 1000);
     const Scene& scene = b.scene;
     const TracedHits whole = trace_whole(scene, {}, 100'000);
-    const Parts parts(scene, 512);
-    EXPECT_LT(parts.triangles(), 2 * scene.triangles.size()) << "a part holds little but its own";
+    const Parts parts(scene, 512, 2);
+    EXPECT_LT(parts.triangles, 2 * scene.triangles.size()) << "a part holds little but its own";
     const TracedHits together = trace_in_parts(scene, parts, {}, 100'000);
     EXPECT_EQ(together.balance, whole.balance);
     EXPECT_TRUE(sorted(together) == sorted(whole));
@@ -105,14 +108,15 @@ TEST(PartTracer, PartWithoutTrianglesLetsEverythingPass) {
     const Scene scene = mixed_room();
     const Subspaces subspaces = Subspaces::cut(weigh(scene), 8).value();
     const Emission emission = make_emission(scene).value();
+    const SceneExtent extent = scene_extent(scene);
+    const ScenePart palette = palette_of(scene);
     std::vector<Departure> emitted, departures;
     EnergyBalance balance;
-    Emitter(scene, emission, subspaces, 1).emit({1, 0, 100}, emitted, balance);
+    Emitter(palette, emission, subspaces.partition(), extent).emit(1, {1, 0, 100}, emitted, balance);
     const std::uint32_t subspace = emitted.front().subspace;
-    const ScenePart part = part_of(scene, {});
-    const auto tracer = std::move(PartTracer::make(part).value());
+    const auto tracer = std::move(PartTracer::make(part_of(scene, {}), palette.scene, extent).value());
     TracedHits hits;
-    tracer->trace({}, 1, std::vector{emitted.front().flight}, subspaces, subspace, hits, departures);
+    tracer->trace({}, 1, std::vector{emitted.front().flight}, subspaces.partition(), subspace, hits, departures);
     EXPECT_TRUE(hits.records.empty());
     const bool escaped = hits.balance.escaped == emitted.front().flight.energy;
     ASSERT_EQ(departures.size(), escaped ? 0u : 1u);

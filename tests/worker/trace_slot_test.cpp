@@ -19,7 +19,7 @@ std::shared_ptr<const JobContext> job(Packing packing, std::uint64_t keep_hits =
     spec.packing = packing;
     spec.keep_hits = keep_hits;
     spec.hits_per_message = 700;
-    return make_job_context({1, Digest{}, 0, spec, 0.2, 2}, scene).value();
+    return make_job_context({1, Digest{}, 0, spec, 0.2, 2}, scene, nullptr).value();
 }
 
 SetWork set(std::shared_ptr<const JobContext> job, std::uint64_t lease, std::uint64_t first, std::uint64_t count) {
@@ -43,7 +43,7 @@ TEST(TraceSlot, RecordsAreHandedOverAtTheEndOfTheSet) {
     ASSERT_EQ(report.result->claims.size(), 1u);
     EXPECT_EQ(report.result->claims[0], wire::Claim(9, 1, {0, 100, 5'000}));
     EXPECT_EQ(report.result->balance.particles, 5'000u);
-    EXPECT_EQ(report.result->records.size(), report.result->balance.hits);
+    EXPECT_EQ(report.result->hits.at(0).records.size(), report.result->balance.hits);
 }
 
 TEST(TraceSlot, ClosingInTheMiddleClaimsWhatWasTracedAndTheRestFollows) {
@@ -119,7 +119,7 @@ TEST(TraceSlot, LongSetsGiveSeveralResultsOfBoundedSize) {
         const SlotReport report = finish(slot);
         finished = report.set_finished;
         particles += report.result->balance.particles;
-        EXPECT_LE(report.result->records.size() * sizeof(HitRecord),
+        EXPECT_LE(report.result->hits.at(0).records.size() * sizeof(HitRecord),
                   limits::result_close_bytes + limits::slice_particles * 3 * sizeof(HitRecord));
     }
     EXPECT_GT(results, 1u);
@@ -145,7 +145,7 @@ TEST(ParcelReader, PartsHaveTheAskedSizeInOrderAndThenTheEnd) {
             EXPECT_LE(part.records.size(), 700u);
             records.insert(records.end(), part.records.begin(), part.records.end());
         }
-        EXPECT_EQ(records, parcel.records);
+        EXPECT_EQ(records, parcel.hits.at(0).records);
         EXPECT_TRUE(reader.finished());
     }
 }

@@ -383,7 +383,7 @@ TEST_F(WorkerTest, PartsOfTwoResultsAreNotMixed) {
     SlotReport report;
     report.set_finished = true;
     report.result = parcel(lease(1), 1'000);
-    report.result->records.resize(3 * limits::hits_per_message_max);
+    report.result->hits = {{0, std::vector<HitRecord>(3 * limits::hits_per_message_max), {}}};
     take(core_.on_slot(0, std::move(report), now_s_));
     take(core_.on_disconnect(std::nullopt, now_s_));
     // a result of another job comes behind it, whose job the master knows first
@@ -399,7 +399,7 @@ TEST_F(WorkerTest, PartsOfTwoResultsAreNotMixed) {
     SlotReport later;
     later.set_finished = true;
     later.result = parcel(second, 1'000);
-    later.result->records.resize(3 * limits::hits_per_message_max);
+    later.result->hits = {{0, std::vector<HitRecord>(3 * limits::hits_per_message_max), {}}};
     take(core_.on_slot(0, std::move(later), now_s_));
     const auto number_of = [](const std::optional<wire::Message>& part) {
         const auto* hits = part ? std::get_if<wire::ResultHits>(&*part) : nullptr;

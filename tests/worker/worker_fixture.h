@@ -56,7 +56,7 @@ protected:
         auto scene = std::make_shared<SceneContext>();
         scene->scene = decode_scene(bytes_).value();
         scene->tracer = std::make_unique<testing::FakeTracer>(scene->scene);
-        return make_job_context(of, scene).value();
+        return make_job_context(of, scene, nullptr).value();
     }
     /// What a slot reports after a set of packing records.
     void finish_set(std::size_t slot, const wire::Lease& lease) {

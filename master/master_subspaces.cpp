@@ -1,0 +1,53 @@
+#include "master/master_core.h"
+
+#include <algorithm>
+
+/// The master's core: which subspace's particles a worker gets (docs/subspaces.md).
+namespace lumenfarm {
+
+/// A cancelled job emits no more, and follows what is in flight to its end.
+bool MasterCore::drains(const Job& job) { return job.record.cancel_asked && job.active->prepared().subspaces; }
+
+/// Nothing is in flight any more. REQUIRES: drains().
+bool MasterCore::has_drained(const Job& job) {
+    const Ledger& ledger = job.active->ledger();
+    return ledger.outstanding() == 0 && ledger.queued() == 0 && ledger.lost().waiting().empty();
+}
+
+/// The fullest of the subspaces that the worker has, while it is worth a set. Else the fullest that it has memory for.
+/// Else a light, unless too much is in flight. Else the fullest of all: the worker gives up what it has for it.
+std::optional<std::uint32_t> MasterCore::next_source(const Job& job, const Worker& worker) const {
+    const Ledger& ledger = job.active->ledger();
+    const auto lights = static_cast<std::uint32_t>(ledger.lights());
+    const auto known = worker.parts.find(job.record.id());
+    const Parts parts = known == worker.parts.end() ? Parts{} : known->second;
+    const auto& queues = ledger.queues();
+    const auto fullest = [&](auto wanted) -> std::optional<std::uint32_t> {
+        const auto found = std::find_if(queues.rbegin(), queues.rend(), wanted);
+        return found == queues.rend() ? std::nullopt : std::optional(found->second);
+    };
+    const auto is_here = [&](const auto& queue) { return parts.held.contains(queue.second - lights); };
+    const auto here = fullest(is_here);
+    if (here && ledger.waiting(*here) >= limits::first_set_particles) return here;
+    const auto& files = job.active->files().parts;
+    const auto fits = [&](const auto& queue) {
+        return !is_here(queue) && files[queue.second - lights].triangles <= parts.room_triangles;
+    };
+    if (const auto next = known == worker.parts.end() ? std::nullopt : fullest(fits)) return next;
+    if (!drains(job) && ledger.queued() < limits::flights_waiting_max)
+        if (const auto light = ledger.next_light()) return light;
+    return here ? here : fullest([](const auto&) { return true; });
+}
+
+/// So that the sets of all its threads fit its outbox, and what they give back the bounds of the master. A worker that
+/// has every subspace gives nothing back.
+std::uint64_t MasterCore::particles_per_set_max(const Job& job, const Session& session, std::uint32_t source) {
+    const auto parts = session.worker()->parts.find(job.record.id());
+    const bool has_all =
+        parts != session.worker()->parts.end() && parts->second.held.size() == job.active->files().parts.size();
+    if (has_all && source < job.active->ledger().lights()) return limits::particles_per_set_max;
+    const std::uint64_t sets = 2 * std::uint64_t{session.hello.threads};
+    return std::clamp<std::uint64_t>(limits::flights_per_worker_max / sets, 1, limits::flights_per_message_max);
+}
+
+}  // namespace lumenfarm

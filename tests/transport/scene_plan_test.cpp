@@ -1,0 +1,128 @@
+#include "common/transport/scene_plan.h"
+
+#include "common/octree/subspaces.h"
+#include "common/scene/scene_file.h"
+#include "tests/scenes/scene_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <vector>
+
+namespace lumenfarm::testing {
+namespace {
+
+struct Planned {
+    Scene scene = mixed_room();
+    Subspaces subspaces =
+        Subspaces::cut(make_weighted_octree(scene, {}, std::vector<double>(scene.lights.size(), 1)), 8).value();
+    ScenePlan plan;
+
+    Planned() {
+        plan.palette = palette_of(scene);
+        plan.extent = scene_extent(scene);
+        plan.partition = subspaces.partition();
+        for (const Surface& surface : scene.surfaces) plan.first_triangle.push_back(surface.first_triangle);
+        plan.first_triangle.push_back(static_cast<std::uint32_t>(scene.triangles.size()));
+        plan.texel_rows.assign(scene.triangles.size(), 3);
+        for (std::uint32_t s = 0; s < plan.partition.subspaces(); ++s) {
+            const auto bytes = encode_part(part(s));
+            plan.parts.push_back({sha256(bytes), bytes.size(), 1});
+        }
+    }
+    ScenePart part(std::uint32_t subspace) const {
+        return part_of(scene, subspaces.triangles(scene, part_margin_m(plan.extent))[subspace]);
+    }
+};
+
+TEST(ScenePlan, PaletteIsAValidSceneWithAllThatEmits) {
+    const Scene scene = mixed_room();
+    const ScenePart palette = palette_of(scene);
+    EXPECT_TRUE(validate(palette.scene));
+    EXPECT_EQ(palette.scene.surfaces.size(), scene.surfaces.size());
+    EXPECT_LT(palette.scene.triangles.size(), scene.triangles.size());
+    for (const Light& light : scene.lights)
+        if (light.kind == LightKind::surface) {
+            EXPECT_EQ(palette.scene.surfaces[light.surface].triangle_count,
+                      scene.surfaces[light.surface].triangle_count);
+        }
+    for (std::uint32_t t = 0; t < palette.numbers.size(); ++t)
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            EXPECT_EQ(palette.scene.positions[palette.scene.triangles[t][corner]],
+                      scene.positions[scene.triangles[palette.numbers[t]][corner]]);
+}
+
+TEST(ScenePlan, ComesBackFromItsBytes) {
+    const Planned planned;
+    const auto back = decode_plan(encode_plan(planned.plan));
+    ASSERT_TRUE(back) << back.error().sentence;
+    EXPECT_EQ(*back, planned.plan);
+}
+
+TEST(ScenePlan, PartsComeBackFromTheirBytes) {
+    const Planned planned;
+    for (std::uint32_t s = 0; s < planned.plan.partition.subspaces(); ++s) {
+        const ScenePart part = planned.part(s);
+        const auto back = decode_part(encode_part(part), planned.plan);
+        ASSERT_TRUE(back) << back.error().sentence;
+        EXPECT_EQ(*back, part);
+    }
+}
+
+TEST(ScenePlan, EveryCutIsRefused) {
+    const Planned planned;
+    const auto plan = encode_plan(planned.plan);
+    for (std::size_t bytes = 0; bytes < plan.size(); bytes += 7)
+        EXPECT_FALSE(decode_plan(std::span(plan).first(bytes))) << bytes;
+    const auto part = encode_part(planned.part(0));
+    for (std::size_t bytes = 0; bytes < part.size(); bytes += 7)
+        EXPECT_FALSE(decode_part(std::span(part).first(bytes), planned.plan)) << bytes;
+}
+
+TEST(ScenePlan, WhatContradictsItselfIsRefused) {
+    const std::vector<std::function<void(ScenePlan&)>> spoil{
+        [](ScenePlan& plan) { plan.parts.pop_back(); },
+        [](ScenePlan& plan) { plan.first_triangle.back() += 1; },
+        [](ScenePlan& plan) { plan.first_triangle[1] = 0; },
+        [](ScenePlan& plan) { plan.palette.numbers[1] = 0; },
+        [](ScenePlan& plan) { plan.texel_rows[2] = 0; },
+        [](ScenePlan& plan) { plan.texel_rows.pop_back(); },
+        [](ScenePlan& plan) { plan.extent.half_m = -1; },
+        [](ScenePlan& plan) { plan.parts[0].triangles = 1'000'000; },
+        [](ScenePlan& plan) {
+            std::vector<Partition::Node> nodes(plan.partition.nodes().begin(), plan.partition.nodes().end());
+            nodes[0].first = 0;  // its own child
+            plan.partition = Partition(nodes);
+        },
+        [](ScenePlan& plan) {
+            std::vector<Partition::Node> nodes(plan.partition.nodes().begin(), plan.partition.nodes().end());
+            nodes.pop_back();
+            plan.partition = Partition(nodes);
+        },
+    };
+    for (std::size_t i = 0; i < spoil.size(); ++i) {
+        Planned planned;
+        spoil[i](planned.plan);
+        EXPECT_FALSE(decode_plan(encode_plan(planned.plan))) << i;
+    }
+}
+
+TEST(ScenePlan, PartWithImpossibleTrianglesIsRefused) {
+    const Planned planned;
+    const std::vector<std::function<void(ScenePart&)>> spoil{
+        [](ScenePart& part) { part.scene.triangles[0][0] = 1'000'000; },
+        [](ScenePart& part) { part.scene.triangles[0][1] = part.scene.triangles[0][0]; },
+        [](ScenePart& part) { part.numbers.back() = 1'000'000; },
+        [](ScenePart& part) { part.numbers[1] = part.numbers[0]; },
+        [](ScenePart& part) { part.scene.positions[0].x = 1e9f; },
+        [](ScenePart& part) { part.scene.uvs.resize(1); },
+    };
+    for (std::size_t i = 0; i < spoil.size(); ++i) {
+        ScenePart part = planned.part(0);
+        spoil[i](part);
+        EXPECT_FALSE(decode_part(encode_part(part), planned.plan)) << i;
+    }
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing

@@ -1,0 +1,137 @@
+#include "worker/part_shelf.h"
+
+#include "common/support/limits.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace lumenfarm::worker {
+
+namespace {
+
+std::string mebibytes(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
+
+}  // namespace
+
+std::uint64_t PartShelf::bytes_of(const PartFile& part) {
+    return limits::part_bytes + limits::part_bytes_per_triangle * part.triangles;
+}
+
+const PartFile& PartShelf::file(const PartKey& key) const {
+    return jobs_.at(key.job).context->plan->plan.parts[key.subspace];
+}
+
+std::uint64_t PartShelf::used_bytes() const {
+    std::uint64_t bytes = 0;
+    for (const auto& [id, job] : jobs_) {
+        bytes += job.bytes;
+        for (const auto& [subspace, part] : job.parts) bytes += bytes_of(file({id, subspace}));
+    }
+    return bytes;
+}
+
+std::uint64_t PartShelf::room_triangles() const {
+    if (!bytes_max_) return std::numeric_limits<std::uint64_t>::max();
+    const std::uint64_t used = used_bytes() + limits::part_bytes;
+    return used >= *bytes_max_ ? 0 : (*bytes_max_ - used) / limits::part_bytes_per_triangle;
+}
+
+Result<void> PartShelf::open(std::shared_ptr<const JobContext> context, std::uint64_t bytes) {
+    std::uint64_t largest = 0;
+    for (const PartFile& part : context->plan->plan.parts) largest = std::max(largest, bytes_of(part));
+    if (bytes_max_ && bytes + largest > *bytes_max_)
+        return bad_input("the memory limit leaves " + mebibytes(*bytes_max_) + " for triangles; the largest of " +
+                         std::to_string(context->plan->plan.parts.size()) + " subspaces needs " +
+                         mebibytes(bytes + largest) + ": raise the limit, or cut the scene into more subspaces");
+    Job& job = jobs_[context->job];
+    job.context = std::move(context);
+    job.bytes = bytes;
+    renew(job);
+    return {};
+}
+
+void PartShelf::close(JobId job) { jobs_.erase(job); }
+
+std::optional<PartShelf::Next> PartShelf::next(std::span<const PartKey> needed) const {
+    if (auto next = next_needed(needed)) return next;
+    return next_with_room();
+}
+
+std::optional<PartShelf::Next> PartShelf::next_needed(std::span<const PartKey> needed) const {
+    const auto missing =
+        std::find_if(needed.begin(), needed.end(), [&](const PartKey& key) { return has(key.job) && !holds(key); });
+    if (missing == needed.end()) return std::nullopt;
+    Next next{*missing, file(*missing), {}};
+    if (!bytes_max_) return next;
+    // by the last use, those that are needed behind the others
+    const std::set<PartKey> is_needed(needed.begin(), needed.end());
+    std::vector<std::pair<std::pair<bool, std::uint64_t>, PartKey>> by_use;
+    for (const auto& [id, job] : jobs_)
+        for (const auto& [subspace, part] : job.parts)
+            by_use.push_back({{is_needed.contains({id, subspace}), part.used}, {id, subspace}});
+    std::sort(by_use.begin(), by_use.end());
+    std::uint64_t bytes = used_bytes() + bytes_of(next.file);
+    for (const auto& [order, key] : by_use) {
+        if (bytes <= *bytes_max_) break;
+        bytes -= bytes_of(file(key));
+        next.given_up.push_back(key);
+    }
+    return next;
+}
+
+std::optional<PartShelf::Next> PartShelf::next_with_room() const {
+    for (const auto& [id, job] : jobs_) {
+        const auto& parts = job.context->plan->plan.parts;
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const auto subspace = static_cast<std::uint32_t>((first_ + i) % parts.size());
+            if (!job.parts.contains(subspace) && fits(bytes_of(parts[subspace])))
+                return Next{{id, subspace}, parts[subspace], {}};
+        }
+    }
+    return std::nullopt;
+}
+
+void PartShelf::put(const PartKey& key, std::shared_ptr<const PartTracer> part) {
+    Job& job = jobs_.at(key.job);
+    job.parts[key.subspace] = {std::move(part), ++uses_};
+    renew(job);
+}
+
+void PartShelf::give_up(const PartKey& key) {
+    Job& job = jobs_.at(key.job);
+    job.parts.erase(key.subspace);
+    renew(job);
+}
+
+void PartShelf::use(const PartKey& key) {
+    const auto job = jobs_.find(key.job);
+    if (job == jobs_.end()) return;
+    if (const auto part = job->second.parts.find(key.subspace); part != job->second.parts.end())
+        part->second.used = ++uses_;
+}
+
+bool PartShelf::holds(const PartKey& key) const {
+    const auto job = jobs_.find(key.job);
+    return job != jobs_.end() && job->second.parts.contains(key.subspace);
+}
+
+std::vector<std::uint32_t> PartShelf::held(JobId id) const {
+    std::vector<std::uint32_t> held;
+    if (const auto job = jobs_.find(id); job != jobs_.end())
+        for (const auto& [subspace, part] : job->second.parts) held.push_back(subspace);
+    return held;
+}
+
+std::shared_ptr<const Territory> PartShelf::territory(JobId job) const { return jobs_.at(job).territory; }
+
+void PartShelf::renew(Job& job) {
+    const ScenePlan& plan = job.context->plan->plan;
+    std::vector<std::shared_ptr<const PartTracer>> parts(plan.parts.size());
+    for (const auto& [subspace, part] : job.parts) parts[subspace] = part.tracer;
+    job.territory = std::make_shared<const Territory>(plan.partition, std::move(parts));
+}
+
+}  // namespace lumenfarm::worker

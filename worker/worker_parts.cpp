@@ -1,0 +1,116 @@
+#include "worker/worker_core.h"
+
+#include <algorithm>
+#include <utility>
+
+/// The worker's core: subspaces whose triangles are brought in and given up (docs/subspaces.md).
+namespace lumenfarm::worker {
+
+namespace {
+
+/// What a job takes beside its parts: its plan, and the sums of each thread.
+std::uint64_t bytes_beside_parts(const JobContext& job, std::uint64_t plan_bytes, std::uint64_t threads) {
+    const std::uint64_t texels = job.layout ? job.layout->texel_count() : 0;
+    return limits::plan_bytes_factor * plan_bytes + threads * texels * sizeof(TexelSums);
+}
+
+}  // namespace
+
+bool WorkerCore::has_subspaces(JobId job) const { return shelf_.has(job); }
+
+/// The subspace of a set, unless it is of a light.
+std::optional<PartKey> WorkerCore::part_of(const wire::Lease& lease) const {
+    const auto job = jobs_.find(lease.job);
+    if (job == jobs_.end() || !job->second.context || !job->second.context->plan) return std::nullopt;
+    const std::uint32_t lights = job->second.context->lights();
+    if (lease.range.source < lights) return std::nullopt;
+    return PartKey{lease.job, lease.range.source - lights};
+}
+
+/// Whether a set can be traced with what is at hand. Sets of a light wait until the memory is filled: what they emit
+/// into a subspace that is not at hand goes back to the master.
+bool WorkerCore::is_at_hand(const wire::Lease& lease) const {
+    if (!has_subspaces(lease.job)) return true;
+    if (making_room_) return false;
+    const auto part = part_of(lease);
+    return part ? shelf_.holds(*part) : !bringing_ && !shelf_.next({});
+}
+
+/// Whether the set is one that the job can have.
+bool WorkerCore::is_possible(const wire::Lease& lease) const {
+    const auto job = jobs_.find(lease.job);
+    if (job == jobs_.end() || !job->second.context) return true;
+    const std::uint32_t lights = job->second.context->lights();
+    const std::size_t subspaces = job->second.context->plan ? job->second.context->plan->plan.parts.size() : 0;
+    if (lease.range.source < lights) return lease.flights.empty();
+    return lease.range.source - lights < subspaces && lease.flights.size() == lease.range.count &&
+           std::all_of(lease.flights.begin(), lease.flights.end(), [&](const wire::FlightRecord& flight) {
+               return flight.light < lights &&
+                      (flight.from_triangle == none ||
+                       flight.from_triangle < job->second.context->plan->plan.first_triangle.back());
+           });
+}
+
+Result<void> WorkerCore::open_parts(const Job& job) {
+    if (!job.context->plan) return {};
+    return shelf_.open(job.context, bytes_beside_parts(*job.context, job.info.scene_bytes, slots_.size()));
+}
+
+/// One after the other. What has to go for one goes when no slot is at work on it.
+void WorkerCore::bring_next() {
+    if (bringing_ || drain_by_s_) return;
+    std::vector<PartKey> needed;
+    for (const wire::Lease& lease : queue_)
+        if (const auto part = part_of(lease); part && !draining(lease.job)) needed.push_back(*part);
+    const auto next = shelf_.next(needed);
+    making_room_ = next && !next->given_up.empty();
+    if (!next) return;
+    const bool busy = std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+        return (slot.running || slot.lease) && has_subspaces(slot.job);
+    });
+    if (making_room_ && busy) return;
+    for (const PartKey& key : next->given_up) {
+        shelf_.give_up(key);
+        count(Discard::part_given_up, 1,
+              "subspace " + std::to_string(key.subspace) + " of job " + std::to_string(key.job) + ", for subspace " +
+                  std::to_string(next->key.subspace) + " of job " + std::to_string(next->key.job));
+    }
+    making_room_ = false;
+    bringing_ = Bringing{next->key, next->file, false};
+    if (!next->given_up.empty()) tell_parts(next->key.job);
+    effects_.push_back(LoadScene{next->file.file});
+}
+
+void WorkerCore::prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes) {
+    if (!bringing_ || bringing_->file.file != file) return;
+    bringing_->missing = false;
+    effects_.push_back(PreparePart{bringing_->key, jobs_.at(bringing_->key.job).context, bytes});
+}
+
+Effects WorkerCore::on_part_prepared(const PartKey& key, Result<std::shared_ptr<const PartTracer>> prepared,
+                                     double now_s) {
+    if (bringing_ && bringing_->key == key) {
+        bringing_.reset();
+        if (prepared) {
+            shelf_.put(key, std::move(*prepared));
+            ++parts_brought_;
+            tell_parts(key.job);
+        } else {
+            fail_job(key.job, wire::ReturnReason::tracer_failed);
+        }
+    }
+    return settle_and_take(now_s);
+}
+
+void WorkerCore::tell_parts(JobId job) {
+    const auto known = jobs_.find(job);
+    if (!welcome_ || known == jobs_.end() || !known->second.confirmed || !has_subspaces(job)) return;
+    send(wire::PartsHeld(job, shelf_.held(job), shelf_.room_triangles()));
+}
+
+void WorkerCore::close_parts(JobId job) {
+    shelf_.close(job);
+    if (bringing_ && bringing_->key.job == job) bringing_.reset();
+}
+
+}  // namespace lumenfarm::worker
