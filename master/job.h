@@ -54,6 +54,7 @@ struct JobRecord {
     Digest solution_file;  ///< valid when has_solution
     bool has_solution = false;
     bool complete = false;             ///< the solution holds every particle
+    bool flights_lost = false;         ///< it ended with particles in flight, which the solution books as cut off
     bool cancel_asked = false;         ///< it ends as soon as what is on its way has arrived
     bool paused = false;               ///< it gets no work until somebody resumes it
     bool audited = false;              ///< the disk keeps each result until the job is over
@@ -67,7 +68,7 @@ struct JobRecord {
     bool over() const { return wire::is_over(status.state); }
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& cancel_asked& paused& audited& begun;
+        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& flights_lost& cancel_asked& paused& audited& begun;
         ar& wire::at_most(liars, limits::sessions_max) & distrusted& solution_bytes& ended_unix_seconds;
     }
 };

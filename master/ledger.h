@@ -132,6 +132,8 @@ public:
     std::size_t lights() const { return lights_; }
     std::uint64_t particles() const { return particles_.of_lights; }
     std::uint64_t committed_particles() const { return committed_.of_lights; }
+    /// Filed in queues, and not committed.
+    std::uint64_t in_flight() const { return particles_.of_queues - committed_.of_queues; }
     /// Every particle is committed, and none is in flight.
     bool complete() const { return committed_.in_all() == particles_.in_all(); }
     const std::vector<IntervalSet>& committed() const { return committed_by_source_; }

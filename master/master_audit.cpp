@@ -28,10 +28,12 @@ std::vector<ParticleRange> ranges_of(const wire::ResultDone& done) {
 
 }  // namespace
 
-/// By a chance that no worker can foresee.
+/// By a chance that no worker can foresee. Not with subspaces: what comes back of a set depends on those that the worker
+/// has, so two results of one set differ.
 void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s) {
     const double chance =
         std::ldexp(static_cast<double>(XXH3_64bits_withSeed(&ticket, sizeof ticket, policy_.audit_key)), -64);
+    if (job.active->prepared().subspaces) return;
     if (job.phase != Phase::running || chance >= policy_.audit_fraction || liars_.contains(stored.machine)) return;
     if (audits_.size() >= limits::audits_max) return count(Discard::audit_hopeless, 1, "too many wait already");
     const std::uint64_t threshold = job.active->keep_threshold();

@@ -161,12 +161,15 @@ Result<void> MasterCore::extend(Job& job, std::uint64_t particles, double now_s)
     record.spec = spec;
     record.status.particles = particles;
     record.cancel_asked = false;
+    job.gives_flights_up = false;
     if (record.over()) {
-        if (record.has_solution) job.basis = record.solution_file;
+        // without what was in flight a solution is no part of a larger one
+        const bool goes_on = record.has_solution && !record.flights_lost;
+        if (goes_on) job.basis = record.solution_file;
         record.audited = false;  // of what is in the solution no single result is kept
         job.phase = Phase::queued;
-        record.begun = record.has_solution;
-        record.has_solution = record.complete = false;
+        record.begun = goes_on;
+        record.has_solution = record.complete = record.flights_lost = false;
         record.status.state = JobState::queued;
         record.status.digest.reset();
         record.ended_unix_seconds = 0;

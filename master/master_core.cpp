@@ -79,7 +79,10 @@ Effects MasterCore::tick(double now_s) {
         sample_rate(job, now_s);
         store_snapshot(job, now_s);
         pause_if_stuck(job, now_s);
-        if (job.phase == Phase::running && drains(job) && now_s >= job.end_by_s) wind_up(job, now_s);
+        if (job.phase == Phase::running && drains(job) && now_s >= job.end_by_s) {
+            job.gives_flights_up = true;
+            wind_up(job, now_s);
+        }
         end_if_finished(job, now_s);
     }
     count(Discard::audit_hopeless, audits_.expire(now_s));

@@ -121,6 +121,7 @@ private:
         double end_by_s = 0;                   ///< ending: outstanding results are waited for until then
         bool resumes = false;                  ///< it goes on before others begin
         bool was_put_aside = false;            ///< in this life: no lease of before is current
+        bool gives_flights_up = false;         ///< cancelled, and nobody follows what is in flight
         std::optional<Digest> basis;           ///< it was over, and is to go on from this solution
         std::size_t results_on_their_way = 0;  ///< to the disk
         std::size_t records_on_their_way = 0;  ///< to the disk

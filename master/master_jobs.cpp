@@ -93,7 +93,6 @@ void MasterCore::prepare_next(double now_s) {
     if (!next) return;
     if (active < limits::active_jobs_max) {
         next->phase = Phase::preparing;
-        // what a worker gives back depends on the subspaces that it has: two results of one set are not the same
         if (!next->record.begun)
             next->record.audited = policy_.audit_fraction > 0 && next->record.spec.strategy == Strategy::sets;
         return effects_.push_back(Prepare{next->record});
@@ -170,8 +169,9 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     if (job.phase != Phase::running && job.phase != Phase::ending) return;
     if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
-    const bool drained = job.phase == Phase::running && drains(job) && has_drained(job);
-    const bool waited = drained || (job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s));
+    const bool drained = drains(job) && has_drained(job);
+    const bool waited = (drained && job.phase == Phase::running) ||
+                        (job.phase == Phase::ending && (ledger.outstanding() == 0 || now_s >= job.end_by_s));
     // nobody waits for audits in an end; where two already contradict each other that is decided when the job goes on
     if (waited) count(Discard::audit_hopeless, audits_.drop_undisputed(job.record.id()), "the job was interrupted");
     if (waited && job.record.cancel_asked)
@@ -180,14 +180,16 @@ void MasterCore::end_if_finished(Job& job, double now_s) {
     const bool extended = ledger.particles() != job.record.spec.particles;  // since it was prepared
     const bool whole = ledger.complete() && !extended;
     if (has_liars(job)) return;
-    if ((whole && !is_questioned(job)) || (waited && job.record.cancel_asked && !extended))
-        return end_with_solution(job, now_s);
+    // what is in flight is followed first, in a next run of the job if need be
+    const bool may_end = job.record.cancel_asked && !extended && (!drains(job) || drained || job.gives_flights_up);
+    if ((whole && !is_questioned(job)) || (waited && may_end)) return end_with_solution(job, now_s);
     if (waited) put_aside(job, now_s);
 }
 
 void MasterCore::end_with_solution(Job& job, double now_s) {
     JobRecord& record = job.record;
     record.complete = job.active->ledger().complete();
+    record.flights_lost = job.active->ledger().in_flight() > 0;
     record.paused = false;  // the last results came while it was being paused
     record.status = counts_of(job, now_s);
     record.status.leased = 0;

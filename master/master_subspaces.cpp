@@ -8,10 +8,9 @@ namespace lumenfarm {
 /// A cancelled job emits no more, and follows what is in flight to its end.
 bool MasterCore::drains(const Job& job) { return job.record.cancel_asked && job.active->prepared().subspaces; }
 
-/// Nothing is in flight any more. REQUIRES: drains().
+/// Nothing is in flight any more, nor with a worker.
 bool MasterCore::has_drained(const Job& job) {
-    const Ledger& ledger = job.active->ledger();
-    return ledger.outstanding() == 0 && ledger.queued() == 0 && ledger.lost().waiting().empty();
+    return job.active->ledger().outstanding() == 0 && job.active->ledger().in_flight() == 0;
 }
 
 /// The fullest of the subspaces that the worker has, while it is worth a set. Else the fullest that it has memory for.

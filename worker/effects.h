@@ -58,6 +58,7 @@ struct PrepareJob {
 /// Decode and build what is needed to trace in a subspace. Answer: on_part_prepared.
 struct PreparePart {
     PartKey key;
+    Digest file;
     std::shared_ptr<const JobContext> job;
     std::shared_ptr<const std::vector<std::byte>> part_bytes;
 };

@@ -66,19 +66,26 @@ std::optional<PartShelf::Next> PartShelf::next_needed(std::span<const PartKey> n
     if (missing == needed.end()) return std::nullopt;
     Next next{*missing, file(*missing), {}};
     if (!bytes_max_) return next;
-    // by the last use, those that are needed behind the others
+    // what is needed stays until its sets have begun
     const std::set<PartKey> is_needed(needed.begin(), needed.end());
-    std::vector<std::pair<std::pair<bool, std::uint64_t>, PartKey>> by_use;
+    std::vector<std::pair<std::uint64_t, PartKey>> by_use;
+    bool others_stay = false;
     for (const auto& [id, job] : jobs_)
-        for (const auto& [subspace, part] : job.parts)
-            by_use.push_back({{is_needed.contains({id, subspace}), part.used}, {id, subspace}});
+        for (const auto& [subspace, part] : job.parts) {
+            const PartKey key{id, subspace};
+            if (is_needed.contains(key))
+                others_stay = true;
+            else
+                by_use.emplace_back(part.used, key);
+        }
     std::sort(by_use.begin(), by_use.end());
     std::uint64_t bytes = used_bytes() + bytes_of(next.file);
-    for (const auto& [order, key] : by_use) {
+    for (const auto& [used, key] : by_use) {
         if (bytes <= *bytes_max_) break;
         bytes -= bytes_of(file(key));
         next.given_up.push_back(key);
     }
+    if (bytes > *bytes_max_ && others_stay) return std::nullopt;
     return next;
 }
 

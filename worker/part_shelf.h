@@ -39,7 +39,8 @@ public:
         std::vector<PartKey> given_up;  ///< that have to go before
     };
     /// What to bring in next: the first of `needed` that is missing, or what there is room for. Parts that are not
-    /// needed go for one that is, the one that was used longest ago first. Keys of jobs that are not open are ignored.
+    /// needed go for one that is, the one that was used longest ago first; where they do not make room enough, those
+    /// that are needed come first. Keys of jobs that are not open are ignored.
     std::optional<Next> next(std::span<const PartKey> needed) const;
     void put(const PartKey& key, std::shared_ptr<const PartTracer> part);
     void give_up(const PartKey& key);

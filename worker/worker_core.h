@@ -46,7 +46,9 @@ public:
     Effects on_slot(std::size_t slot, SlotReport report, double now_s);
     /// Null: not in the cache, or damaged there.
     Effects on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes, double now_s);
-    Effects on_part_prepared(const PartKey& key, Result<std::shared_ptr<const PartTracer>> prepared, double now_s);
+    /// `file`: of the PreparePart.
+    Effects on_part_prepared(const PartKey& key, const Digest& file, Result<std::shared_ptr<const PartTracer>> prepared,
+                             double now_s);
     /// `info`: of the PrepareJob.
     Effects on_job_prepared(const wire::JobInfo& info, Result<std::shared_ptr<const JobContext>> prepared,
                             double now_s);

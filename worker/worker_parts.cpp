@@ -84,12 +84,13 @@ void WorkerCore::bring_next() {
 void WorkerCore::prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes) {
     if (!bringing_ || bringing_->file.file != file) return;
     bringing_->missing = false;
-    effects_.push_back(PreparePart{bringing_->key, jobs_.at(bringing_->key.job).context, bytes});
+    effects_.push_back(PreparePart{bringing_->key, file, jobs_.at(bringing_->key.job).context, bytes});
 }
 
-Effects WorkerCore::on_part_prepared(const PartKey& key, Result<std::shared_ptr<const PartTracer>> prepared,
-                                     double now_s) {
-    if (bringing_ && bringing_->key == key) {
+Effects WorkerCore::on_part_prepared(const PartKey& key, const Digest& file,
+                                     Result<std::shared_ptr<const PartTracer>> prepared, double now_s) {
+    // what was made for an earlier job of that number is of no use
+    if (bringing_ && bringing_->key == key && bringing_->file.file == file) {
         bringing_.reset();
         if (prepared) {
             shelf_.put(key, std::move(*prepared));

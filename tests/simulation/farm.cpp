@@ -24,7 +24,8 @@ bool over(const JobRecord* record) { return record && record->over(); }
 Farm::Farm(const std::vector<ClientPlan>& clients, const FarmOptions& options)
     : options_(options), world_(options.seed), checks_(world_, clients.size()) {
     world_.network.set_latency(options.latency_s, options.latency_spike_s);
-    for (std::size_t i = 0; i < options.workers; ++i) workers_.emplace_back(world_, checks_, i, options.threads);
+    for (std::size_t i = 0; i < options.workers; ++i)
+        workers_.emplace_back(world_, checks_, i, options.threads, options.memory_bytes);
     for (std::size_t i = 0; i < clients.size(); ++i)
         clients_.push_back(std::make_unique<SimulatedClient>(world_, i, first_client_key + i, clients[i]));
     if (options.first_lies_one_in > 0) {
@@ -90,7 +91,7 @@ void Farm::check_progress() {
         if (!job || !core) continue;
         const Ledger* ledger = core->ledger(*job);
         const bool ended = testing::over(core->record(*job));
-        achieved += (ledger ? ledger->committed_particles() : 0) + (ended ? limits::particles_max : 0);
+        achieved += (ledger ? committed_in_all(*ledger) : 0) + (ended ? limits::particles_max : 0);
         waiting = waiting || !ended;
     }
     if (std::exchange(progress_, achieved) != achieved || !waiting) progress_s_ = now_s();
@@ -141,11 +142,14 @@ void Farm::check_results() {
         if (record.status.state == wire::JobState::done && solution.balance.particles != spec.particles)
             checks_.violated(name + " is done, and not complete");
         const auto& acknowledged = checks_.acknowledged(client->job());
-        for (std::size_t light = 0; light < acknowledged.size(); ++light)
+        for (std::size_t light = 0; light < std::min(acknowledged.size(), solution.committed.size()); ++light)
             for (const auto& piece : acknowledged[light].intervals())
                 if (!solution.committed[light].covers(piece.begin, piece.end))
                     checks_.violated(name + " ended without particles that were acknowledged");
-        if (solution_digest(solution) != solution_digest(reference_solution(spec, solution.committed)))
+        if (record.flights_lost && (record.complete || spec.strategy == Strategy::sets))
+            checks_.violated(name + " has lost particles in flight");
+        if (!record.flights_lost &&
+            solution_digest(solution) != solution_digest(reference_solution(spec, solution.committed)))
             checks_.violated(name + " has other bits than one tracer gives");
     }
 }

@@ -6,12 +6,18 @@ namespace lumenfarm::testing {
 
 namespace {
 
-std::string named(JobId job, std::uint32_t light, std::uint64_t begin, std::uint64_t end) {
-    return "particles " + std::to_string(begin) + " to " + std::to_string(end) + " of light " + std::to_string(light) +
+std::string named(JobId job, std::uint32_t source, std::uint64_t begin, std::uint64_t end) {
+    return "particles " + std::to_string(begin) + " to " + std::to_string(end) + " of source " + std::to_string(source) +
            " of job " + std::to_string(job);
 }
 
 }  // namespace
+
+std::uint64_t committed_in_all(const Ledger& ledger) {
+    std::uint64_t committed = 0;
+    for (const IntervalSet& source : ledger.committed()) committed += source.size();
+    return committed;
+}
 
 void FarmChecks::violated(std::string sentence) {
     world_.note(Who::farm, 0, "VIOLATION");
@@ -57,21 +63,30 @@ void FarmChecks::on_master_end() {
 
 void FarmChecks::on_recovered(JobId job, const RecoveredJob& recovered) {
     for (const std::string& damage : recovered.damages) violated(damage);
-    const auto& lights = acknowledged_[job];
-    for (std::uint32_t light = 0; light < lights.size(); ++light)
-        for (const auto& piece : lights[light].intervals())
-            if (!recovered.committed[light].covers(piece.begin, piece.end))
-                violated(named(job, light, piece.begin, piece.end) + " were acknowledged, and are gone");
+    auto& sources = acknowledged_[job];
+    // a job that was over goes on from its solution, with nothing in flight: flights are numbered from 0 again
+    bool in_flight = false;
+    for (std::uint32_t subspace = 0; subspace < recovered.flights.subspaces(); ++subspace)
+        in_flight = in_flight || recovered.flights.filed(subspace) > 0;
+    if (!in_flight) {
+        sources.resize(std::min(sources.size(), recovered.prepared->particles.size()));
+        committed_.erase(job);
+    }
+    for (std::uint32_t source = 0; source < sources.size(); ++source)
+        for (const auto& piece : sources[source].intervals())
+            if (!recovered.committed[source].covers(piece.begin, piece.end))
+                violated(named(job, source, piece.begin, piece.end) + " were acknowledged, and are gone");
 }
 
 void FarmChecks::on_retracted(const Retract& retract, const Retracted& left) {
     world_.note(Who::master, 0, "retracts what liars have traced of the job", {retract.record.id()});
     if (!somebody_lies_) violated("an honest worker is called a liar");
     auto& lights = acknowledged_[retract.record.id()];
+    const std::vector<IntervalSet::Interval> nothing;  // is left of what was in flight
     for (std::size_t light = 0; light < lights.size(); ++light) {
         IntervalSet kept;
         for (const auto& piece : lights[light].intervals())
-            for (const auto& still : left.committed[light].intervals())
+            for (const auto& still : light < left.committed.size() ? left.committed[light].intervals() : nothing)
                 if (const auto begin = std::max(piece.begin, still.begin), end = std::min(piece.end, still.end);
                     begin < end)
                     kept.insert(begin, end);
@@ -177,9 +192,9 @@ void FarmChecks::after_event(const MasterCore& core) {
         if (!ledger) continue;
         std::uint64_t acknowledged = 0;
         for (const IntervalSet& light : acknowledged_[job]) acknowledged += light.size();
-        if (ledger->committed_particles() < std::max(committed_[job], acknowledged))
+        if (committed_in_all(*ledger) < std::max(committed_[job], acknowledged))
             violated("particles of job " + std::to_string(job) + " were committed, and are not");
-        committed_[job] = ledger->committed_particles();
+        committed_[job] = committed_in_all(*ledger);
     }
 }
 

@@ -22,6 +22,9 @@
 /// - a key is one job; a job that was promised stays, and so does its end once it was told.
 namespace lumenfarm::testing {
 
+/// Particles of lights and in flight.
+std::uint64_t committed_in_all(const Ledger& ledger);
+
 class FarmChecks {
 public:
     /// `jobs`: how many will be submitted; they get the numbers from 1 on.
@@ -57,12 +60,12 @@ public:
     void after_tick(const MasterCore& core);
     void after_event(const MasterCore& core);
 
-    /// By light.
+    /// By source.
     const std::vector<IntervalSet>& acknowledged(JobId job) { return acknowledged_[job]; }
     std::optional<JobId> job_of(std::uint64_t client) const;
-    /// A process of a worker asks for the scene once when it is told of a job, and once more in each session at most.
-    void on_scenes_asked(std::uint64_t times, std::uint64_t sessions_and_jobs_told) {
-        if (times > sessions_and_jobs_told) violated("a worker asks for the scene again and again");
+    /// A process of a worker asks for a file once when its cache lacks it, and once more in each session at most.
+    void on_files_asked(std::uint64_t times, std::uint64_t sessions_and_files_missed) {
+        if (times > sessions_and_files_missed) violated("a worker asks for a file again and again");
     }
 
 private:

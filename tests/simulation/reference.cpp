@@ -10,7 +10,10 @@ namespace lumenfarm::testing {
 Solution reference_solution(const JobSpec& spec, const std::vector<IntervalSet>& committed) {
     const auto bytes = encode_scene(small_scene());
     const auto prepared = prepare_job(spec, bytes).value();
-    const FakeTracer tracer(prepared->scene);
+    // with subspaces the farm traces in earnest
+    const auto tracer = spec.strategy == Strategy::subspaces
+                            ? std::move(TracerScene::make(prepared->scene).value())
+                            : std::unique_ptr<TracerScene>(std::make_unique<FakeTracer>(prepared->scene));
     LightMap sums(prepared->scene, prepared->layout);
     KeptHits kept(spec.keep_hits);
     Solution solution;
@@ -20,11 +23,11 @@ Solution reference_solution(const JobSpec& spec, const std::vector<IntervalSet>&
     for (std::uint32_t light = 0; light < committed.size(); ++light) {
         TracedHits hits;
         for (const auto& [begin, end] : committed[light].intervals())
-            tracer.trace(spec, {light, begin, end - begin}, hits, nullptr);
-        sums.add(tracer.emission(), light, hits.records, hits.energies);
+            tracer->trace(spec, {light, begin, end - begin}, hits, nullptr);
+        sums.add(tracer->emission(), light, hits.records, hits.energies);
         for (std::size_t i = 0; i < hits.records.size(); ++i) {
             const std::uint32_t energy = hits.energies.empty()
-                                             ? tracer.emission().lights[light].energy[hits.records[i].wavelength]
+                                             ? tracer->emission().lights[light].energy[hits.records[i].wavelength]
                                              : hits.energies[i];
             kept.offer({hits.records[i], light, energy});
         }

@@ -6,6 +6,9 @@ namespace lumenfarm::testing {
 
 namespace {
 
+constexpr std::uint64_t map_bytes_max = 64u << 10;    ///< of a job on the small scene, generously
+constexpr std::uint64_t plan_bytes_max = 256u << 10;  ///< in memory
+
 /// Small values are as frequent as large ones.
 double magnitude(Chance& chance, double low, double high) {
     return std::exp(chance.uniform(std::log(low), std::log(high)));
@@ -28,6 +31,10 @@ ClientPlan random_client(Chance& chance) {
     spec.packing = chance.happens(0.5) ? Packing::maps : Packing::records;
     spec.particles_per_set = chance.happens(0.2) ? 0 : chance.number(100, 2'500);
     spec.hits_per_message = static_cast<std::uint32_t>(chance.number(100, 3'000));
+    if (chance.happens(0.3)) {
+        spec.strategy = Strategy::subspaces;
+        spec.subspaces = static_cast<std::uint32_t>(chance.number(1, 12));
+    }
     spec.priority = static_cast<std::int32_t>(chance.number(0, 2));
     plan.submit_s = chance.uniform(0, 10);
     if (chance.happens(0.15)) plan.cancel_after_s = chance.exponential(15);
@@ -42,6 +49,10 @@ FarmOptions random_options(Chance& chance, std::uint64_t seed) {
     options.seed = seed;
     options.workers = chance.number(1, 5);
     options.threads = static_cast<std::uint32_t>(chance.number(1, 3));
+    if (chance.happens(0.5))
+        options.memory_bytes = limits::worker_bytes + options.threads * (limits::result_close_bytes + map_bytes_max) +
+                               plan_bytes_max +
+                               chance.number(1, 8) * (limits::part_bytes + 4 * limits::part_bytes_per_triangle);
     options.slice_s_min = magnitude(chance, 0.05, 4);
     options.slice_s_max = 3 * options.slice_s_min;
     options.one_worker_sleeps = options.workers > 1 && chance.happens(0.1);

@@ -22,13 +22,14 @@ void SimulatedWorker::start(WorkerId instance, double slice_s) {
     instance_ = instance;
     slice_s_ = slice_s;
     attempts_ = 0;
-    sessions_ = jobs_told_ = scenes_asked_ = 0;
+    sessions_ = files_missed_ = files_asked_ = 0;
     world_.note(Who::worker, index_, "starts as instance", {instance});
     worker::WorkerIdentity identity;
     identity.name = "worker " + std::to_string(index_);
     identity.instance = instance;
     identity.threads = threads_;
     identity.fingerprint = fingerprint;
+    identity.memory_bytes = memory_bytes_;
     core_ = std::make_unique<worker::WorkerCore>(identity);
     slots_.clear();
     slots_.resize(threads_);
@@ -69,7 +70,6 @@ void SimulatedWorker::on_message(ConnectionId, wire::Message message, std::uint6
         attempts_ = 0;
         ++sessions_;
     }
-    jobs_told_ += std::holds_alternative<wire::JobInfo>(message);
     carry_out(core_->on_message(std::move(message), world_.now_s()));
 }
 
@@ -87,7 +87,7 @@ void SimulatedWorker::connect_later() {
 void SimulatedWorker::send(wire::Message message) {
     if (const auto* done = std::get_if<wire::ResultDone>(&message)) checks_.on_offer(instance_, *done);
     if (std::holds_alternative<wire::ManifestRequest>(message))
-        checks_.on_scenes_asked(++scenes_asked_, sessions_ + jobs_told_);
+        checks_.on_files_asked(++files_asked_, sessions_ + files_missed_);
     world_.network.send(connection_, Side::peer, std::move(message));
 }
 
@@ -136,6 +136,7 @@ void SimulatedWorker::carry_out(worker::InterruptSlot& interrupt) {
 void SimulatedWorker::carry_out(worker::LoadScene& load) {
     later(0.01, [this, scene = load.scene] {
         const auto kept = cache_.find(scene);
+        files_missed_ += kept == cache_.end();
         carry_out(core_->on_scene_loaded(scene, kept == cache_.end() ? nullptr : kept->second, world_.now_s()));
     });
 }
@@ -161,8 +162,8 @@ void SimulatedWorker::carry_out(worker::PrepareJob& prepare) {
 
 void SimulatedWorker::carry_out(worker::PreparePart& prepare) {
     later(0.1, [this, prepare] {
-        auto part = make_part(*prepare.part_bytes, *prepare.job->plan, {});
-        carry_out(core_->on_part_prepared(prepare.key, std::move(part), world_.now_s()));
+        auto part = make_part(*prepare.part_bytes, prepare.job->plan, {});
+        carry_out(core_->on_part_prepared(prepare.key, prepare.file, std::move(part), world_.now_s()));
     });
 }
 

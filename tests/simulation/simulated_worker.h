@@ -15,8 +15,10 @@ namespace lumenfarm::testing {
 
 class SimulatedWorker : public NetworkEnd {
 public:
-    SimulatedWorker(World& world, FarmChecks& checks, std::size_t index, std::uint32_t threads)
-        : world_(world), checks_(checks), index_(index), threads_(threads) {}
+    /// `memory_bytes`: 0 is no limit.
+    SimulatedWorker(World& world, FarmChecks& checks, std::size_t index, std::uint32_t threads,
+                    std::uint64_t memory_bytes)
+        : world_(world), checks_(checks), index_(index), threads_(threads), memory_bytes_(memory_bytes) {}
 
     /// A new process; a slice of a set takes it `slice_s`. REQUIRES: none runs.
     void start(WorkerId instance, double slice_s);
@@ -70,13 +72,14 @@ private:
     FarmChecks& checks_;
     std::size_t index_;
     std::uint32_t threads_;
+    std::uint64_t memory_bytes_;
     std::unique_ptr<worker::WorkerCore> core_;
     WorkerId instance_ = 0;
     double slice_s_ = 0;
     std::uint64_t life_ = 0;  ///< events of an earlier process are dropped
     ConnectionId connection_ = 0;
     unsigned attempts_ = 0;
-    std::uint64_t sessions_ = 0, jobs_told_ = 0, scenes_asked_ = 0;  ///< of this process
+    std::uint64_t sessions_ = 0, files_missed_ = 0, files_asked_ = 0;  ///< of this process
     bool drained_ = false;
     std::uint64_t lies_one_in_ = 0;
     std::vector<SlotRun> slots_;

@@ -1,8 +1,7 @@
 #include "common/transport/scene_plan.h"
 
-#include "common/octree/subspaces.h"
 #include "common/scene/scene_file.h"
-#include "tests/scenes/scene_builder.h"
+#include "tests/scenes/planned_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -11,29 +10,6 @@
 
 namespace lumenfarm::testing {
 namespace {
-
-struct Planned {
-    Scene scene = mixed_room();
-    Subspaces subspaces =
-        Subspaces::cut(make_weighted_octree(scene, {}, std::vector<double>(scene.lights.size(), 1)), 8).value();
-    ScenePlan plan;
-
-    Planned() {
-        plan.palette = palette_of(scene);
-        plan.extent = scene_extent(scene);
-        plan.partition = subspaces.partition();
-        for (const Surface& surface : scene.surfaces) plan.first_triangle.push_back(surface.first_triangle);
-        plan.first_triangle.push_back(static_cast<std::uint32_t>(scene.triangles.size()));
-        plan.texel_rows.assign(scene.triangles.size(), 3);
-        for (std::uint32_t s = 0; s < plan.partition.subspaces(); ++s) {
-            const auto bytes = encode_part(part(s));
-            plan.parts.push_back({sha256(bytes), bytes.size(), 1});
-        }
-    }
-    ScenePart part(std::uint32_t subspace) const {
-        return part_of(scene, subspaces.triangles(scene, part_margin_m(plan.extent))[subspace]);
-    }
-};
 
 TEST(ScenePlan, PaletteIsAValidSceneWithAllThatEmits) {
     const Scene scene = mixed_room();
@@ -53,16 +29,16 @@ TEST(ScenePlan, PaletteIsAValidSceneWithAllThatEmits) {
 }
 
 TEST(ScenePlan, ComesBackFromItsBytes) {
-    const Planned planned;
+    const PlannedScene planned(8);
     const auto back = decode_plan(encode_plan(planned.plan));
     ASSERT_TRUE(back) << back.error().sentence;
     EXPECT_EQ(*back, planned.plan);
 }
 
 TEST(ScenePlan, PartsComeBackFromTheirBytes) {
-    const Planned planned;
+    const PlannedScene planned(8);
     for (std::uint32_t s = 0; s < planned.plan.partition.subspaces(); ++s) {
-        const ScenePart part = planned.part(s);
+        const ScenePart part = planned.parts[s];
         const auto back = decode_part(encode_part(part), planned.plan);
         ASSERT_TRUE(back) << back.error().sentence;
         EXPECT_EQ(*back, part);
@@ -70,11 +46,11 @@ TEST(ScenePlan, PartsComeBackFromTheirBytes) {
 }
 
 TEST(ScenePlan, EveryCutIsRefused) {
-    const Planned planned;
+    const PlannedScene planned(8);
     const auto plan = encode_plan(planned.plan);
     for (std::size_t bytes = 0; bytes < plan.size(); bytes += 7)
         EXPECT_FALSE(decode_plan(std::span(plan).first(bytes))) << bytes;
-    const auto part = encode_part(planned.part(0));
+    const auto part = encode_part(planned.parts[0]);
     for (std::size_t bytes = 0; bytes < part.size(); bytes += 7)
         EXPECT_FALSE(decode_part(std::span(part).first(bytes), planned.plan)) << bytes;
 }
@@ -101,14 +77,14 @@ TEST(ScenePlan, WhatContradictsItselfIsRefused) {
         },
     };
     for (std::size_t i = 0; i < spoil.size(); ++i) {
-        Planned planned;
+        PlannedScene planned(8);
         spoil[i](planned.plan);
         EXPECT_FALSE(decode_plan(encode_plan(planned.plan))) << i;
     }
 }
 
 TEST(ScenePlan, PartWithImpossibleTrianglesIsRefused) {
-    const Planned planned;
+    const PlannedScene planned(8);
     const std::vector<std::function<void(ScenePart&)>> spoil{
         [](ScenePart& part) { part.scene.triangles[0][0] = 1'000'000; },
         [](ScenePart& part) { part.scene.triangles[0][1] = part.scene.triangles[0][0]; },
@@ -118,7 +94,7 @@ TEST(ScenePlan, PartWithImpossibleTrianglesIsRefused) {
         [](ScenePart& part) { part.scene.uvs.resize(1); },
     };
     for (std::size_t i = 0; i < spoil.size(); ++i) {
-        ScenePart part = planned.part(0);
+        ScenePart part = planned.parts[0];
         spoil[i](part);
         EXPECT_FALSE(decode_part(encode_part(part), planned.plan)) << i;
     }

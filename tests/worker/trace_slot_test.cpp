@@ -1,12 +1,15 @@
 #include "worker/trace_slot.h"
 
 #include "common/scene/scene_file.h"
+#include "tests/scenes/planned_scene.h"
 #include "tests/simulation/fake_tracer.h"
 #include "tests/simulation/small_scene.h"
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <utility>
+#include <vector>
 
 namespace lumenfarm {
 namespace {
@@ -125,6 +128,79 @@ TEST(TraceSlot, LongSetsGiveSeveralResultsOfBoundedSize) {
     EXPECT_GT(results, 1u);
     EXPECT_EQ(particles, 1'000'000u);
 }
+
+/// Two slots have half of the subspaces each.
+class SlotsInSubspaces : public ::testing::TestWithParam<Packing> {
+protected:
+    SlotsInSubspaces() {
+        JobSpec spec;
+        spec.strategy = Strategy::subspaces;
+        spec.packing = GetParam();
+        const auto plan = make_plan_context(encode_plan(planned_.plan)).value();
+        job_ = make_job_context({1, Digest{}, 0, spec, 0.2, 2}, nullptr, plan).value();
+        for (std::uint32_t half = 0; half < 2; ++half) {
+            std::vector<std::shared_ptr<const PartTracer>> parts(planned_.parts.size());
+            for (std::size_t s = half; s < parts.size(); s += 2)
+                parts[s] = make_part(planned_.part_bytes[s], plan, {}).value();
+            halves_.push_back(std::make_shared<const Territory>(plan->plan.partition, std::move(parts)));
+        }
+    }
+
+    /// Traces a set to its end and keeps what comes out.
+    void trace(const ParticleRange& range, std::vector<wire::FlightRecord> flights,
+               std::shared_ptr<const Territory> half) {
+        TraceSlot slot = make_slot();
+        std::int64_t entered = 0, departed = 0;
+        for (const wire::FlightRecord& flight : flights) entered += flight.energy;
+        slot.begin({job_, 1, 1, range, ~std::uint64_t{0}, std::move(flights), std::move(half)});
+        auto report = finish(slot);
+        if (!report.result) report = *slot.advance(SlotAsk::close);
+        ParcelReader reader(*report.result, 1);
+        while (const auto message = reader.next()) {
+            if (const auto* leaving = std::get_if<wire::ResultFlights>(&*message)) {
+                auto& waiting = waiting_[leaving->subspace];
+                waiting.insert(waiting.end(), leaving->flights.begin(), leaving->flights.end());
+                for (const wire::FlightRecord& flight : leaving->flights) departed += flight.energy;
+            } else if (const auto* hits = std::get_if<wire::ResultHits>(&*message)) {
+                hits_ += hits->records.size();
+            } else if (const auto* map = std::get_if<wire::ResultMap>(&*message)) {
+                for (const wire::TexelDelta& texel : map->texels) hits_ += texel.hits;
+            }
+        }
+        const EnergyBalance& balance = report.result->balance;
+        EXPECT_EQ(balance.emitted + entered, balance.absorbed + balance.escaped + balance.cut_off + departed);
+        balance_ += balance;
+    }
+
+    testing::PlannedScene planned_{8};
+    std::shared_ptr<const JobContext> job_;
+    std::vector<std::shared_ptr<const Territory>> halves_;
+    std::map<std::uint32_t, std::vector<wire::FlightRecord>> waiting_;  ///< by subspace
+    EnergyBalance balance_;
+    std::uint64_t hits_ = 0;
+};
+
+TEST_P(SlotsInSubspaces, TogetherTraceWhatOneTracesAlone) {
+    TracedHits alone;
+    const auto tracer = std::move(TracerScene::make(planned_.scene).value());
+    for (std::uint32_t light = 0; light < 2; ++light) {
+        tracer->trace(job_->spec, {light, 0, 5'000}, alone);
+        trace({light, 0, 5'000}, {}, halves_[light]);
+    }
+    std::uint64_t sets = 0;
+    for (; !waiting_.empty(); ++sets) {
+        auto [subspace, flights] = *waiting_.begin();
+        waiting_.erase(waiting_.begin());
+        const std::uint64_t count = flights.size();
+        trace({2 + subspace, 100, count}, std::move(flights), halves_[subspace % 2]);
+    }
+    EXPECT_GT(sets, 8u);
+    EXPECT_EQ(balance_, alone.balance);
+    EXPECT_EQ(hits_, alone.records.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Packing, SlotsInSubspaces, ::testing::Values(Packing::records, Packing::maps),
+                         [](const auto& tested) { return tested.param == Packing::maps ? "Maps" : "Records"; });
 
 TEST(ParcelReader, PartsHaveTheAskedSizeInOrderAndThenTheEnd) {
     TraceSlot slot = make_slot();
