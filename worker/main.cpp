@@ -1,6 +1,8 @@
 #include "common/service/attendant.h"
 #include "worker/worker_client.h"
 
+#include <malloc.h>
+
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -68,6 +70,9 @@ lumenfarm::Result<void> serve(lumenfarm::WorkerClient& worker, const lumenfarm::
 }  // namespace
 
 int main(int argc, char** argv) {
+    // Parts of scenes come and go: what one of them took is to go back to the machine, not to stay between other
+    // things. Left alone, glibc keeps blocks up to 32 MiB in its heap once such a block was freed.
+    mallopt(M_MMAP_THRESHOLD, 128 << 10);
     CLI::App app("Lumenfarm's worker: pulls sets of particles from a master and traces them.", "lumenfarm-worker");
     lumenfarm::WorkerOptions options;
     declare(app, options);

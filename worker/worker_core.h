@@ -89,7 +89,8 @@ private:
         bool preparing = false;                     ///< its context is being made
         bool failed = false;
         bool draining = false;
-        bool confirmed = false;  ///< the master has told of it in this session
+        bool confirmed = false;       ///< the master has told of it in this session
+        bool gives_parts_up = false;  ///< the log says so
     };
     /// A subspace whose triangles are on their way.
     struct Bringing {
@@ -126,6 +127,7 @@ private:
     bool is_possible(const wire::Lease& lease) const;
     Result<void> open_parts(const Job& job);
     void bring_next();
+    void count_given_up(JobId job);
     void prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes);
     void tell_parts(JobId job);
     void close_parts(JobId job);

@@ -47,6 +47,10 @@ std::string WorkerCore::summary() const {
     if (tracing > 0)
         line =
             "traces " + jobs + " on " + std::to_string(tracing) + " of " + std::to_string(slots_.size()) + " threads";
+    const std::uint64_t given_up = counts_.discards.of(Discard::part_given_up);
+    if (given_up > 0)
+        line += (line.empty() ? "" : "; ") + counted(parts_brought_, "subspace") + " brought in and " +
+                std::to_string(given_up) + " given up so far";
     if (!results_.empty())
         line += (line.empty() ? "" : "; ") + counted(results_.size(), "result") + " not acknowledged yet";
     return drain_by_s_ ? "ending" + (line.empty() ? "" : ": " + line) : line;

@@ -71,14 +71,22 @@ void WorkerCore::bring_next() {
     if (making_room_ && busy) return;
     for (const PartKey& key : next->given_up) {
         shelf_.give_up(key);
-        count(Discard::part_given_up, 1,
-              "subspace " + std::to_string(key.subspace) + " of job " + std::to_string(key.job) + ", for subspace " +
-                  std::to_string(next->key.subspace) + " of job " + std::to_string(next->key.job));
+        count_given_up(key.job);
     }
     making_room_ = false;
     bringing_ = Bringing{next->key, next->file, false};
     if (!next->given_up.empty()) tell_parts(next->key.job);
     effects_.push_back(LoadScene{next->file.file});
+}
+
+/// Many a second may be: the log names the first of a job.
+void WorkerCore::count_given_up(JobId id) {
+    Job& job = jobs_.at(id);
+    if (std::exchange(job.gives_parts_up, true)) return counts_.discards.count(Discard::part_given_up, 1);
+    count(Discard::part_given_up, 1,
+          "job " + std::to_string(id) + ": the memory holds " + std::to_string(shelf_.held(id).size() + 1) +
+              " of its " + std::to_string(job.context->plan->plan.parts.size()) +
+              " subspaces; from now on they take turns");
 }
 
 void WorkerCore::prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes) {

@@ -16,6 +16,9 @@ namespace {
 
 class CrashingFarm : public Farm {
 protected:
+    /// Memory for a part of the subspaces of this scene only.
+    const std::vector<std::string> few_subspaces{"--memory-limit", "80MB"};
+
     static int kills() {
         const char* wanted = std::getenv("LUMENFARM_TEST_KILLS");
         return wanted ? std::atoi(wanted) : 4;
@@ -24,14 +27,15 @@ protected:
         return std::chrono::milliseconds(std::uniform_int_distribution(0, 1'500)(random_));
     }
 
-    /// One job after the other, each of another seed and the other packing.
+    /// One job after the other, each of another seed, with every packing and strategy in turn.
     void submit_next() {
         ++jobs_;
         const std::string job = std::to_string(jobs_);
-        ASSERT_EQ(
-            lumenfarm({"submit", scene_, "--particles", "3M", "--particles-per-set", "20k", "--seed", job, "--packing",
-                       jobs_ % 2 == 0 ? "maps" : "records", "--keep-hits", "500", "--master", address_}),
-            job + "\n");
+        const bool maps = jobs_ % 4 >= 2, subspaces = jobs_ % 2 == 0;
+        ASSERT_EQ(lumenfarm({"submit", scene_, "--particles", "3M", "--particles-per-set", "20k", "--seed", job,
+                             "--packing", maps ? "maps" : "records", "--strategy", subspaces ? "subspaces" : "sets",
+                             "--subspaces", "64", "--keep-hits", "500", "--master", address_}),
+                  job + "\n");
     }
     bool last_job_is_over() {
         master_->read_now();
@@ -61,7 +65,7 @@ protected:
 
 TEST_F(CrashingFarm, KilledMastersStartAgainWithoutHelpAndLoseNothing) {
     start_master({"--checkpoint-seconds", "0.5"});
-    const auto first = start_worker("first"), second = start_worker("second");
+    const auto first = start_worker("first", few_subspaces), second = start_worker("second", few_subspaces);
     submit_next();
     for (int kill = 0; kill < kills(); ++kill) {
         std::this_thread::sleep_for(some_time());
@@ -76,14 +80,14 @@ TEST_F(CrashingFarm, KilledMastersStartAgainWithoutHelpAndLoseNothing) {
 TEST_F(CrashingFarm, KilledWorkersAreReplacedAndChangeNothing) {
     start_master();
     std::map<int, std::unique_ptr<Process>> workers;
-    for (int i = 0; i < 3; ++i) workers[i] = start_worker(std::to_string(i));
+    for (int i = 0; i < 3; ++i) workers[i] = start_worker(std::to_string(i), few_subspaces);
     submit_next();
     for (int kill = 0; kill < kills(); ++kill) {
         std::this_thread::sleep_for(some_time() / 4);
         auto& worker = workers[kill % 3];
         worker->send(SIGKILL);
         EXPECT_EQ(worker->wait(), -SIGKILL) << worker->err();
-        worker = start_worker(std::to_string(kill % 3));
+        worker = start_worker(std::to_string(kill % 3), few_subspaces);
         if (last_job_is_over()) submit_next();
     }
     expect_right_digests();
@@ -101,7 +105,7 @@ class FailPoints : public CrashingFarm, public ::testing::WithParamInterface<Fai
 TEST_P(FailPoints, MasterThatIsKilledThereStartsAgainAndLosesNothing) {
     if (!can_inject()) GTEST_SKIP() << "strace can't be used here";
     start_master();
-    const auto first = start_worker("first"), second = start_worker("second");
+    const auto first = start_worker("first", few_subspaces), second = start_worker("second", few_subspaces);
     submit_next();
     kill_master();
     const auto [called, last] = GetParam();

@@ -61,7 +61,10 @@ void FarmChecks::on_master_end() {
     committed_.clear();
 }
 
-void FarmChecks::on_recovered(JobId job, const RecoveredJob& recovered) {
+void FarmChecks::on_recovered(const JobRecord& record, const RecoveredJob& recovered) {
+    const JobId job = record.id();
+    // it was cancelled with particles in flight, and extended
+    if (!record.begun && record.spec.strategy == Strategy::subspaces) acknowledged_.erase(job);
     for (const std::string& damage : recovered.damages) violated(damage);
     auto& sources = acknowledged_[job];
     // a job that was over goes on from its solution, with nothing in flight: flights are numbered from 0 again

@@ -41,7 +41,7 @@ public:
 
     void on_master_start(const Storage::Start& start);
     void on_master_end();
-    void on_recovered(JobId job, const RecoveredJob& recovered);
+    void on_recovered(const JobRecord& record, const RecoveredJob& recovered);
     /// What liars have traced is not believed any more, and may be leased again.
     void on_retracted(const Retract& retract, const Retracted& left);
     void somebody_lies() { somebody_lies_ = true; }

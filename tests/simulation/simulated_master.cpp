@@ -183,9 +183,9 @@ void SimulatedMaster::carry_out(ServeChunk& serve) {
 
 void SimulatedMaster::carry_out(Prepare& prepare) {
     slowly([this, prepare] { return storage_->prepare(prepare); },
-           [this, job = prepare.job.id()](Result<RecoveredJob> recovered) {
+           [this, job = prepare.job](Result<RecoveredJob> recovered) {
                if (recovered) checks_.on_recovered(job, *recovered);
-               return core_->on_prepared(job, std::move(recovered), world_.now_s());
+               return core_->on_prepared(job.id(), std::move(recovered), world_.now_s());
            });
 }
 
