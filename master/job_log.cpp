@@ -68,6 +68,8 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
         }
     }
     cut_short_ = is_cut_short(damages);
+    if (kept.damaged_leases > 0)
+        damages.push_back(std::to_string(kept.damaged_leases) + " leases of " + name + " are damaged in the database");
     next_result_ = kept.next_result;
     return damages;
 }

@@ -290,7 +290,7 @@ Result<void> JobStore::read_leases(JobId job, Unfinished& into) {
         if (const auto n = read_row<6>(*rows)) {
             into.leases.push_back({(*n)[0], (*n)[2], {static_cast<std::uint32_t>((*n)[3]), (*n)[4], (*n)[5]}});
         } else {
-            ++into.damaged;
+            ++into.damaged_leases;
         }
     }
 }

@@ -80,7 +80,8 @@ public:
         std::vector<StoredResult> results;  ///< by number
         std::uint64_t next_result = 0;      ///< above every number that was ever given
         std::vector<GivenLease> leases;
-        std::uint64_t damaged = 0;  ///< rows that were left out
+        std::uint64_t damaged = 0;         ///< rows of the snapshot and of results that were left out
+        std::uint64_t damaged_leases = 0;  ///< rows that were left out
     };
     Result<Unfinished> unfinished(JobId job);
 

@@ -46,6 +46,17 @@ Ledger::Ledger(std::vector<std::uint64_t> particles, std::size_t lights, std::ve
     find_free();
 }
 
+void Ledger::end_emission() {
+    emits_ = false;
+    for (const LostSet& lost : lost_.extract_below(static_cast<std::uint32_t>(lights_)))
+        take_back(lost.range.source, interval_of(lost.range));
+}
+
+void Ledger::take_back(std::uint32_t source, const Interval& piece) {
+    shares_[source].returned.push_back(piece);
+    set_available(source, shares_[source].available + (piece.end - piece.begin));
+}
+
 void Ledger::grow(std::uint32_t queue, std::uint64_t count) {
     ensure(!is_light(queue) && queue < shares_.size(), "queues grow");
     shares_[queue].particles += count;
@@ -56,9 +67,9 @@ void Ledger::grow(std::uint32_t queue, std::uint64_t count) {
 /// The lease owes what of it has not arrived.
 void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
     const ParticleRange& range = given.range;
-    if (given.lease == 0 || leases_.contains(given.lease) || range.source >= shares_.size()) return;
-    const std::uint64_t particles = shares_[range.source].particles;
-    if (range.first >= particles || range.count > particles - range.first) return;
+    if (given.lease == 0 || leases_.contains(given.lease)) return;
+    const std::uint64_t particles = range.source < shares_.size() ? shares_[range.source].particles : 0;
+    if (range.first >= particles || range.count > particles - range.first) return ended_.push_back(given.lease);
     std::vector<Interval> owed = arrived_[range.source].gaps(range.first, range.first + range.count);
     const auto is_owed_by_another = [&](const Interval& piece) {
         return std::any_of(leases_.begin(), leases_.end(), [&](const auto& entry) {
@@ -111,7 +122,7 @@ void Ledger::set_available(std::uint32_t source, std::uint64_t available) {
 }
 
 std::optional<std::uint32_t> Ledger::next_light() const {
-    if (by_fraction_.empty()) return std::nullopt;
+    if (!emits_ || by_fraction_.empty()) return std::nullopt;
     return by_fraction_.begin()->second;
 }
 
@@ -152,12 +163,13 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
 }
 
 std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
-                                                   double deadline_s) {
+                                                   double deadline_s, std::uint64_t count_max) {
     ensure(id != 0 && !leases_.contains(id), "a lease is new");
     auto oldest = leases_.end();
     for (auto it = leases_.begin(); it != leases_.end(); ++it) {
         const Lease& lease = it->second;
         if (lease.twin != 0 || lease.worker == worker || lease.given_s >= given_before_s) continue;
+        if (lease.owed.front().end - lease.owed.front().begin > count_max) continue;
         if (oldest == leases_.end() || lease.given_s < oldest->second.given_s) oldest = it;
     }
     if (oldest == leases_.end()) return std::nullopt;
@@ -231,8 +243,7 @@ void Ledger::retract(std::vector<IntervalSet> committed) {
         for (const Interval& piece : committed_by_source_[source].intervals())
             for (const Interval& taken : committed[source].gaps(piece.begin, piece.end)) {
                 part_of(committed_, source) -= taken.end - taken.begin;
-                shares_[source].returned.push_back(taken);
-                set_available(source, shares_[source].available + (taken.end - taken.begin));
+                take_back(source, taken);
             }
         arrived_[source] = std::move(arrived);
         committed_by_source_[source] = std::move(committed[source]);
@@ -286,10 +297,7 @@ void Ledger::release(LeaseId id) {
     const auto found = leases_.find(id);
     if (found == leases_.end()) return;
     const Lease& lease = found->second;
-    for (const Interval& piece : owed_alone(lease)) {
-        shares_[lease.source].returned.push_back(piece);
-        set_available(lease.source, shares_[lease.source].available + (piece.end - piece.begin));
-    }
+    for (const Interval& piece : owed_alone(lease)) take_back(lease.source, piece);
     end(found);
 }
 
@@ -297,6 +305,7 @@ void Ledger::release(LeaseId id) {
 void Ledger::lose(LeaseId id, double now_s) {
     const auto found = leases_.find(id);
     const Lease& lease = found->second;
+    if (!emits_ && is_light(lease.source)) return release(id);
     std::vector<WorkerId> lost_with = lease.lost_with;
     lost_with.push_back(lease.worker);
     for (const Interval& piece : owed_alone(lease))

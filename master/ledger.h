@@ -57,6 +57,8 @@ public:
     Ledger(std::vector<std::uint64_t> particles, std::size_t lights, std::vector<IntervalSet> committed,
            std::span<const GivenLease> leases, double now_s, double deadline_s);
 
+    /// Of the lights nothing more is given out; leases of them last.
+    void end_emission();
     /// So many more are filed in a queue.
     void grow(std::uint32_t queue, std::uint64_t count);
 
@@ -67,7 +69,9 @@ public:
         bool alone = false;  ///< the worker must get nothing else until it ends
     };
     /// Whether lease() has something.
-    bool has_set(Hands hands, double now_s) const { return unleased_ > 0 || lost_.ready(now_s, hands == Hands::empty); }
+    bool has_set(Hands hands, double now_s) const {
+        return unleased() > 0 || lost_.ready(now_s, hands == Hands::empty);
+    }
     /// The light of which the smallest fraction has been given out, so that an interrupted job is fair to its lights;
     /// none: all is given out.
     std::optional<std::uint32_t> next_light() const;
@@ -79,8 +83,9 @@ public:
                                   double deadline_s, std::optional<std::uint32_t> source = {});
     /// Leases what a straggler still owes a second time: the oldest lease of another worker that was given before
     /// `given_before_s` and has no twin yet. The first commit wins.
+    /// `count_max`: of its particles.
     std::optional<NewLease> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
-                                       double deadline_s);
+                                       double deadline_s, std::uint64_t count_max = limits::particles_per_set_max);
 
     /// Says whether all the claims together may be stored. Changes nothing.
     ClaimVerdict check(WorkerId worker, std::span<const Claim> claims) const;
@@ -116,8 +121,9 @@ public:
     std::vector<LeaseId> leases_of(WorkerId worker) const;
     bool has_lease(WorkerId worker) const;
     std::uint64_t outstanding() const { return leases_.size(); }
-    std::uint64_t unleased() const { return unleased_; }  ///< particles to give out, but for lost ones
-    std::uint64_t queued() const { return queued_; }      ///< of those, in queues
+    /// Particles to give out, but for lost ones.
+    std::uint64_t unleased() const { return emits_ ? unleased_ : queued_; }
+    std::uint64_t queued() const { return queued_; }  ///< of those, in queues
     std::uint64_t waiting(std::uint32_t source) const { return shares_[source].available; }
     const LostSets& lost() const { return lost_; }
     /// Particles that workers have, or whose results are on their way to the disk.
@@ -176,10 +182,12 @@ private:
     /// What of the lease nobody else owes.
     std::vector<IntervalSet::Interval> owed_alone(const Lease& lease) const;
     void lose(LeaseId id, double now_s);
+    void take_back(std::uint32_t source, const IntervalSet::Interval& piece);
     void cut(LeaseId id, const IntervalSet::Interval& done);
     ClaimVerdict check_one(WorkerId worker, const Claim& claim) const;
 
     std::size_t lights_ = 0;
+    bool emits_ = true;
     std::vector<Share> shares_;                                    ///< by source, as the following
     std::set<std::pair<double, std::uint32_t>> by_fraction_;       ///< lights with something to give
     std::set<std::pair<std::uint64_t, std::uint32_t>> by_length_;  ///< queues with something to give

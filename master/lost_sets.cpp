@@ -68,4 +68,15 @@ std::uint64_t LostSets::particles_of(const std::vector<LostSet>& sets) {
                            [](std::uint64_t sum, const LostSet& lost) { return sum + lost.range.count; });
 }
 
+std::vector<LostSet> LostSets::extract_below(std::uint32_t source) {
+    std::vector<LostSet> extracted;
+    for (std::vector<LostSet>* sets : {&waiting_, &set_aside_})
+        std::erase_if(*sets, [&](const LostSet& set) {
+            if (set.range.source >= source) return false;
+            extracted.push_back(set);
+            return true;
+        });
+    return extracted;
+}
+
 }  // namespace lumenfarm

@@ -37,6 +37,9 @@ public:
     /// none that needs such a worker. REQUIRES: count > 0.
     std::optional<LostSet> take(double now_s, bool alone, std::uint64_t count);
 
+    /// Takes all out, waiting or set aside, that are of a source below this.
+    std::vector<LostSet> extract_below(std::uint32_t source);
+
     const std::vector<LostSet>& waiting() const { return waiting_; }
     const std::vector<LostSet>& set_aside() const { return set_aside_; }
     std::uint64_t waiting_particles() const { return particles_of(waiting_); }

@@ -140,8 +140,10 @@ void MasterCore::cancel_job(Job& job, double now_s) {
     record.cancel_asked = true;
     record.status.state = JobState::running;
     store_record(job);
-    job.end_by_s = now_s + limits::finish_seconds;
-    if (job.phase != Phase::running || !drains(job)) wind_up(job, now_s);
+    if (job.phase == Phase::running && drains(job))
+        begin_draining(job, now_s);
+    else
+        wind_up(job, now_s);
     end_if_finished(job, now_s);
 }
 

@@ -185,6 +185,7 @@ private:
     std::optional<std::uint32_t> next_source(const Job& job, const Worker& worker) const;
     static std::uint64_t particles_per_set_max(const Job& job, const Session& session, std::uint32_t source);
     static bool drains(const Job& job);
+    static void begin_draining(Job& job, double now_s);
     static bool has_drained(const Job& job);
 
     // workers (master_work.cpp)

@@ -122,6 +122,8 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     bool void_leases = job->was_put_aside || record.distrusted;
     // what was lost may have lowered the threshold that they were given with
     void_leases |= !recovered->damages.empty() && record.spec.keep_hits > 0;
+    // flights may have other numbers now
+    void_leases |= !recovered->damages.empty() && recovered->prepared->subspaces.has_value();
     if (void_leases) {
         StoreLeases ended;
         for (const GivenLease& lease : std::exchange(recovered->leases, {})) ended.ended.push_back(lease.lease);
@@ -135,6 +137,7 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     const bool ends = record.paused || extended || (record.cancel_asked && !drains(*job));
     job->phase = ends ? Phase::ending : Phase::running;
     job->end_by_s = now_s + limits::finish_seconds;
+    if (!ends && drains(*job)) begin_draining(*job, now_s);
     job->snapshot_s = now_s;
     job->resumes = false;
     record.status.set_aside.clear();

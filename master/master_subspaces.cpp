@@ -8,6 +8,11 @@ namespace lumenfarm {
 /// A cancelled job emits no more, and follows what is in flight to its end.
 bool MasterCore::drains(const Job& job) { return job.record.cancel_asked && job.active->prepared().subspaces; }
 
+void MasterCore::begin_draining(Job& job, double now_s) {
+    job.active->ledger().end_emission();
+    job.end_by_s = now_s + limits::finish_seconds;
+}
+
 /// Nothing is in flight any more, nor with a worker.
 bool MasterCore::has_drained(const Job& job) {
     return job.active->ledger().outstanding() == 0 && job.active->ledger().in_flight() == 0;
@@ -33,7 +38,7 @@ std::optional<std::uint32_t> MasterCore::next_source(const Job& job, const Worke
         return !is_here(queue) && files[queue.second - lights].triangles <= parts.room_triangles;
     };
     if (const auto next = known == worker.parts.end() ? std::nullopt : fullest(fits)) return next;
-    if (!drains(job) && ledger.queued() < limits::flights_waiting_max)
+    if (ledger.queued() < limits::flights_waiting_max)
         if (const auto light = ledger.next_light()) return light;
     return here ? here : fullest([](const auto&) { return true; });
 }

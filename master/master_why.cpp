@@ -86,6 +86,9 @@ std::string MasterCore::why_running(const Job& job, double now_s) const {
     if (unable == connected)
         return name + " waits for another worker: " + counted(unable, "worker") +
                " that are connected could not load its scene (see their logs)";
+    if (drains(job))
+        return name + " is being cancelled: it emits no more, and follows " + counted(ledger.in_flight(), "particle") +
+               " in flight to their end";
     if (ledger.unleased() > 0 && ledger.outstanding() == 0)
         return name + " waits for its turn among the jobs that share " + counted(connected, "worker");
     if (ledger.complete())
@@ -98,6 +101,9 @@ std::string MasterCore::why_running(const Job& job, double now_s) const {
     if (ledger.unleased() > 0)
         return name + " is being traced by " + counted(ledger.workers(), "worker") + "; nothing holds it up";
     const std::uint64_t owed = ledger.particles() - ledger.committed_particles();
+    if (owed == 0)
+        return name + " waits for its last " + counted(ledger.in_flight(), "particle") + " in flight, which are with " +
+               counted(ledger.workers(), "worker");
     return name + " waits for its last " + std::to_string(owed) + " particles, which are with " +
            counted(ledger.workers(), "worker");
 }

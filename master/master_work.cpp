@@ -354,7 +354,10 @@ void MasterCore::give_twin(Session& session, Worker& worker, double now_s) {
         if (ledger.unleased() > 0) return;
         const LeaseId lease = new_lease();
         const double late_s = now_s - limits::straggler_targets * policy_.set_target_seconds;
-        const auto twin = ledger.lease_twin(lease, session.instance(), late_s, now_s, now_s + limits::lease_seconds);
+        const std::uint64_t most =
+            job->active->prepared().subspaces ? particles_per_set_max(*job, session, 0) : limits::particles_per_set_max;
+        const auto twin =
+            ledger.lease_twin(lease, session.instance(), late_s, now_s, now_s + limits::lease_seconds, most);
         if (!twin) continue;
         if (twin->alone) worker.alone = lease;
         return send_lease(session, worker, *job, lease, twin->range, now_s);

@@ -138,6 +138,7 @@ void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::Result
                           " flies in an impossible way");
         departed_ += flight.energy;
     }
+    departures_ += part.flights.size();
     messages_.emplace_back(std::move(part));
 }
 
@@ -162,6 +163,8 @@ Result<void> StagedResult::check(const PreparedJob& prepared, const wire::Result
     }
     if (!possible_balance(done.balance, covered) || (!prepared.subspaces && !done.balance.closed()))
         return failed("the energy balance does not close");
+    if (departures_ > covered)
+        return failed(std::to_string(departures_) + " particles go on of " + std::to_string(covered));
     if (particles != done.balance.particles)
         return failed("the balance is of " + std::to_string(done.balance.particles) + " particles, the leases of " +
                       std::to_string(particles));

@@ -54,6 +54,7 @@ private:
     std::uint32_t parts_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t record_hits_ = 0, texel_hits_ = 0, surface_hits_ = 0;
+    std::uint64_t departures_ = 0;
     std::int64_t departed_ = 0;  ///< ticks
     std::string fault_;
     bool blameless_ = false;

@@ -51,7 +51,7 @@ Result<void> Storage::sweep(const Start& start) {
         const auto kept = jobs_.unfinished(record.id());
         if (!kept) return kept.error();
         if (kept->snapshot) needed.insert(kept->snapshot->file);
-        damaged = damaged || kept->damaged > 0;
+        damaged = damaged || kept->damaged > 0 || kept->damaged_leases > 0;
     }
     if (damaged) return {};
     if (const auto removed = files_.remove_others(needed); !removed) return removed.error();

@@ -47,8 +47,6 @@ Flight unpack_flight(const FlightRecord& record) {
 }
 
 bool possible_flight(const FlightRecord& record) {
-    // a lamp far away sends its particles from where the scene may begin
-    constexpr double farthest_m = 8 * limits::coordinate_max_m;
     const Flight flight = unpack_flight(record);
     const auto within = [&](double v) { return std::abs(v) <= farthest_m; };
     const Vec3d o = flight.origin, d = flight.direction;

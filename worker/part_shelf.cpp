@@ -24,18 +24,15 @@ const PartFile& PartShelf::file(const PartKey& key) const {
     return jobs_.at(key.job).context->plan->plan.parts[key.subspace];
 }
 
-std::uint64_t PartShelf::used_bytes() const {
-    std::uint64_t bytes = 0;
-    for (const auto& [id, job] : jobs_) {
-        bytes += job.bytes;
-        for (const auto& [subspace, part] : job.parts) bytes += bytes_of(file({id, subspace}));
-    }
-    return bytes;
+std::vector<JobId> PartShelf::jobs() const {
+    std::vector<JobId> ids;
+    for (const auto& [id, job] : jobs_) ids.push_back(id);
+    return ids;
 }
 
 std::uint64_t PartShelf::room_triangles() const {
     if (!bytes_max_) return std::numeric_limits<std::uint64_t>::max();
-    const std::uint64_t used = used_bytes() + limits::part_bytes;
+    const std::uint64_t used = used_bytes_ + limits::part_bytes;
     return used >= *bytes_max_ ? 0 : (*bytes_max_ - used) / limits::part_bytes_per_triangle;
 }
 
@@ -46,14 +43,19 @@ Result<void> PartShelf::open(std::shared_ptr<const JobContext> context, std::uin
         return bad_input("the memory limit leaves " + mebibytes(*bytes_max_) + " for triangles; the largest of " +
                          std::to_string(context->plan->plan.parts.size()) + " subspaces needs " +
                          mebibytes(bytes + largest) + ": raise the limit, or cut the scene into more subspaces");
+    close(context->job);
     Job& job = jobs_[context->job];
     job.context = std::move(context);
     job.bytes = bytes;
+    used_bytes_ += bytes;
     renew(job);
     return {};
 }
 
-void PartShelf::close(JobId job) { jobs_.erase(job); }
+void PartShelf::close(JobId id) {
+    for (const std::uint32_t subspace : held(id)) give_up({id, subspace});
+    if (const auto job = jobs_.extract(id); !job.empty()) used_bytes_ -= job.mapped().bytes;
+}
 
 std::optional<PartShelf::Next> PartShelf::next(std::span<const PartKey> needed) const {
     if (auto next = next_needed(needed)) return next;
@@ -66,8 +68,8 @@ std::optional<PartShelf::Next> PartShelf::next_needed(std::span<const PartKey> n
     if (missing == needed.end()) return std::nullopt;
     Next next{*missing, file(*missing), {}};
     if (!bytes_max_) return next;
-    // what is needed stays until its sets have begun
-    const std::set<PartKey> is_needed(needed.begin(), needed.end());
+    // what earlier sets need stays until they have begun
+    const std::set<PartKey> is_needed(needed.begin(), missing);
     std::vector<std::pair<std::uint64_t, PartKey>> by_use;
     bool others_stay = false;
     for (const auto& [id, job] : jobs_)
@@ -79,7 +81,7 @@ std::optional<PartShelf::Next> PartShelf::next_needed(std::span<const PartKey> n
                 by_use.emplace_back(part.used, key);
         }
     std::sort(by_use.begin(), by_use.end());
-    std::uint64_t bytes = used_bytes() + bytes_of(next.file);
+    std::uint64_t bytes = used_bytes_ + bytes_of(next.file);
     for (const auto& [used, key] : by_use) {
         if (bytes <= *bytes_max_) break;
         bytes -= bytes_of(file(key));
@@ -103,13 +105,14 @@ std::optional<PartShelf::Next> PartShelf::next_with_room() const {
 
 void PartShelf::put(const PartKey& key, std::shared_ptr<const PartTracer> part) {
     Job& job = jobs_.at(key.job);
-    job.parts[key.subspace] = {std::move(part), ++uses_};
+    if (job.parts.insert_or_assign(key.subspace, Part{std::move(part), ++uses_}).second)
+        used_bytes_ += bytes_of(file(key));
     renew(job);
 }
 
 void PartShelf::give_up(const PartKey& key) {
     Job& job = jobs_.at(key.job);
-    job.parts.erase(key.subspace);
+    if (job.parts.erase(key.subspace) > 0) used_bytes_ -= bytes_of(file(key));
     renew(job);
 }
 

@@ -38,9 +38,9 @@ public:
         PartFile file;
         std::vector<PartKey> given_up;  ///< that have to go before
     };
-    /// What to bring in next: the first of `needed` that is missing, or what there is room for. Parts that are not
-    /// needed go for one that is, the one that was used longest ago first; where they do not make room enough, those
-    /// that are needed come first. Keys of jobs that are not open are ignored.
+    /// What to bring in next: the first of `needed` that is missing, or what there is room for. Others go for one that
+    /// is needed, the one that was used longest ago first, but not what is needed before it. Keys of jobs that are not
+    /// open are ignored.
     std::optional<Next> next(std::span<const PartKey> needed) const;
     void put(const PartKey& key, std::shared_ptr<const PartTracer> part);
     void give_up(const PartKey& key);
@@ -49,6 +49,7 @@ public:
 
     bool holds(const PartKey& key) const;
     std::vector<std::uint32_t> held(JobId job) const;  ///< ascending
+    std::vector<JobId> jobs() const;
     std::uint64_t room_triangles() const;
     std::shared_ptr<const Territory> territory(JobId job) const;
 
@@ -66,8 +67,7 @@ private:
 
     const PartFile& file(const PartKey& key) const;
     static std::uint64_t bytes_of(const PartFile& part);
-    std::uint64_t used_bytes() const;
-    bool fits(std::uint64_t bytes) const { return !bytes_max_ || used_bytes() + bytes <= *bytes_max_; }
+    bool fits(std::uint64_t bytes) const { return !bytes_max_ || used_bytes_ + bytes <= *bytes_max_; }
     std::optional<Next> next_needed(std::span<const PartKey> needed) const;
     std::optional<Next> next_with_room() const;
     void renew(Job& job);
@@ -75,6 +75,7 @@ private:
     std::optional<std::uint64_t> bytes_max_;
     std::uint64_t first_;
     std::map<JobId, Job> jobs_;
+    std::uint64_t used_bytes_ = 0;
     std::uint64_t uses_ = 0;
 };
 

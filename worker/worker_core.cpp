@@ -13,7 +13,8 @@ namespace {
 /// What is left beside the program itself, and results on their way.
 std::optional<std::uint64_t> bytes_for_parts(const WorkerIdentity& identity) {
     if (identity.memory_bytes == 0) return std::nullopt;
-    const std::uint64_t beside = limits::worker_bytes + identity.threads * limits::result_close_bytes;
+    const std::uint64_t beside =
+        limits::worker_bytes + limits::result_bytes_in_flight + 2 * identity.threads * limits::result_close_bytes;
     return identity.memory_bytes > beside ? identity.memory_bytes - beside : 0;
 }
 

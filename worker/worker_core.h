@@ -129,6 +129,7 @@ private:
     void bring_next();
     void count_given_up(JobId job);
     void prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes);
+    void tell_parts();
     void tell_parts(JobId job);
     void close_parts(JobId job);
 

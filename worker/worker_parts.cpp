@@ -75,7 +75,7 @@ void WorkerCore::bring_next() {
     }
     making_room_ = false;
     bringing_ = Bringing{next->key, next->file, false};
-    if (!next->given_up.empty()) tell_parts(next->key.job);
+    if (!next->given_up.empty()) tell_parts();
     effects_.push_back(LoadScene{next->file.file});
 }
 
@@ -103,12 +103,17 @@ Effects WorkerCore::on_part_prepared(const PartKey& key, const Digest& file,
         if (prepared) {
             shelf_.put(key, std::move(*prepared));
             ++parts_brought_;
-            tell_parts(key.job);
+            tell_parts();
         } else {
             fail_job(key.job, wire::ReturnReason::tracer_failed);
         }
     }
     return settle_and_take(now_s);
+}
+
+/// They share the memory.
+void WorkerCore::tell_parts() {
+    for (const JobId job : shelf_.jobs()) tell_parts(job);
 }
 
 void WorkerCore::tell_parts(JobId job) {

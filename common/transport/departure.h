@@ -16,9 +16,10 @@ struct Departure {
     bool operator==(const Departure&) const = default;
 };
 
-/// Files a particle where its ray goes on along this stretch, or books that it escapes.
+/// Files a particle where its ray goes on along this stretch, or books that it escapes. A ray that is nearly parallel
+/// to the planes of cells may pass the next one where nothing of the scene can be.
 inline void depart(Flight flight, const Stretch& stretch, std::vector<Departure>& departures, EnergyBalance& balance) {
-    if (stretch.subspace == none) {
+    if (stretch.subspace == none || stretch.enters > farthest_m) {
         balance.escaped += flight.energy;
         return;
     }

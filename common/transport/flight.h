@@ -2,10 +2,14 @@
 
 #include "common/math/vec.h"
 #include "common/scene/scene.h"
+#include "common/support/limits.h"
 
 #include <cstdint>
 
 namespace lumenfarm {
+
+/// Nothing of any scene is so far from where a particle left a surface or its light [m].
+inline constexpr double farthest_m = 8 * limits::coordinate_max_m;
 
 /// A particle of a light on its way between two surfaces: all that the rest of its path depends on.
 struct Flight {

@@ -17,7 +17,7 @@ namespace {
 class CrashingFarm : public Farm {
 protected:
     /// Memory for a part of the subspaces of this scene only.
-    const std::vector<std::string> few_subspaces{"--memory-limit", "80MB"};
+    const std::vector<std::string> few_subspaces{"--memory-limit", "100MB"};
 
     static int kills() {
         const char* wanted = std::getenv("LUMENFARM_TEST_KILLS");

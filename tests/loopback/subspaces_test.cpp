@@ -1,4 +1,5 @@
 #include "tests/loopback/farm_fixture.h"
+#include "tests/solution/traced_run.h"
 
 #include <gtest/gtest.h>
 
@@ -11,13 +12,7 @@ namespace {
 class FarmOfSmallWorkers : public Farm {
 protected:
     FarmOfSmallWorkers() {
-        SceneBuilder b;
-        b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.7), true);
-        b.terrain("hills", 150, 0.25f, b.lambert(0.6));
-        const std::uint32_t lamp = b.surface("lamp", b.lambert(0.5));
-        b.quad({0.4f, 0.99f, 0.4f}, {0.6f, 0.99f, 0.4f}, {0.6f, 0.99f, 0.6f}, {0.4f, 0.99f, 0.6f});
-        b.surface_light(lamp, 1000);
-        const auto bytes = encode_scene(b.scene);
+        const auto bytes = encode_scene(hills_room(150));
         hills_ = folder_.write("hills.lfscene", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
     std::string submit(const std::string& subspaces, bool wait) {
@@ -31,12 +26,14 @@ protected:
 };
 
 TEST_F(FarmOfSmallWorkers, TogetherTraceWhatNoneOfThemHolds) {
-    const std::string ran = lumenfarm({"run", hills_, "--particles", "200k", "-o", path("ran")});
     start_master();
-    const std::vector<std::string> small{"--memory-limit", "85MB"};
+    const std::vector<std::string> small{"--memory-limit", "109MB"};
     const auto first = start_worker("first", small), second = start_worker("second", small);
     const std::string submitted = submit("64", true);
-    EXPECT_EQ(line_after(submitted, "digest "), line_after(ran, "digest "));
+    JobSpec spec;
+    spec.particles = 200'000;
+    EXPECT_EQ(line_after(submitted, "digest "),
+              solution_digest(test::traced_run(hills_room(150), spec).solution).hex());
     for (const auto& worker : {first.get(), second.get()}) {
         worker->send(SIGTERM);
         EXPECT_EQ(worker->wait(), 0);
@@ -46,7 +43,7 @@ TEST_F(FarmOfSmallWorkers, TogetherTraceWhatNoneOfThemHolds) {
 
 TEST_F(FarmOfSmallWorkers, WorkerThatIsTooSmallSaysSoAndTheJobWaitsForAnother) {
     start_master();
-    const auto small = start_worker("small", {"--memory-limit", "74MB"});
+    const auto small = start_worker("small", {"--memory-limit", "97MB"});
     submit("8", false);
     EXPECT_TRUE(small->read_until([&] { return small->err().find("memory_too_small") != std::string::npos; }));
     EXPECT_NE(small->err().find("raise the limit, or cut the scene into more subspaces"), std::string::npos)

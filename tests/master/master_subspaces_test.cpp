@@ -141,6 +141,8 @@ TEST_F(SubspacesOfMaster, CancelledJobEmitsNoMoreAndFollowsWhatIsInFlight) {
     EXPECT_EQ(finish(ann, first, 1, 300), wire::Verdict::accepted);
     take(master_.cancel(1, now_s_));
     EXPECT_FALSE(find<StoreSolution>());
+    EXPECT_NE(master_.status(1, now_s_)->sentence.find("follows 300 particles in flight"), std::string::npos)
+        << master_.status(1, now_s_)->sentence;
     const wire::Lease rest = pull_one(ann);
     EXPECT_EQ(rest.range.source, lights + 1);
     EXPECT_TRUE(pull(ann, 1).empty());

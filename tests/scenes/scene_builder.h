@@ -155,4 +155,15 @@ inline Scene mixed_room() {
     return b.scene;
 }
 
+/// Hills of so many cells along a side, of two triangles each, in a room under a lamp.
+inline Scene hills_room(std::uint32_t cells) {
+    SceneBuilder b;
+    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.7), true);
+    b.terrain("hills", cells, 0.25f, b.lambert(0.6));
+    const std::uint32_t lamp = b.surface("lamp", b.lambert(0.5));
+    b.quad({0.4f, 0.99f, 0.4f}, {0.6f, 0.99f, 0.4f}, {0.6f, 0.99f, 0.6f}, {0.4f, 0.99f, 0.6f});
+    b.surface_light(lamp, 1000);
+    return b.scene;
+}
+
 }  // namespace lumenfarm::testing

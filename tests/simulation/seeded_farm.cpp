@@ -50,8 +50,8 @@ FarmOptions random_options(Chance& chance, std::uint64_t seed) {
     options.workers = chance.number(1, 5);
     options.threads = static_cast<std::uint32_t>(chance.number(1, 3));
     if (chance.happens(0.5))
-        options.memory_bytes = limits::worker_bytes + options.threads * (limits::result_close_bytes + map_bytes_max) +
-                               plan_bytes_max +
+        options.memory_bytes = limits::worker_bytes + limits::result_bytes_in_flight + plan_bytes_max +
+                               options.threads * (2 * limits::result_close_bytes + map_bytes_max) +
                                chance.number(1, 8) * (limits::part_bytes + 4 * limits::part_bytes_per_triangle);
     options.slice_s_min = magnitude(chance, 0.05, 4);
     options.slice_s_max = 3 * options.slice_s_min;

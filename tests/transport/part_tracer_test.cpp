@@ -89,19 +89,43 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
 }
 
 TEST(PartTracer, HillsOfManyTrianglesGiveTheSameHitsInParts) {
-    SceneBuilder b;
-    b.box("room", {0, 0, 0}, {1, 1, 1}, b.lambert(0.7), true);
-    b.terrain("hills", 150, 0.25f, b.lambert(0.6));
-    const std::uint32_t lamp = b.surface("lamp", b.lambert(0.5));
-    b.quad({0.4f, 0.99f, 0.4f}, {0.6f, 0.99f, 0.4f}, {0.6f, 0.99f, 0.6f}, {0.4f, 0.99f, 0.6f});
-    b.surface_light(lamp, 1000);
-    const Scene& scene = b.scene;
+    const Scene scene = hills_room(150);
     const TracedHits whole = trace_whole(scene, {}, 100'000);
     const Parts parts(scene, 512, 2);
     EXPECT_LT(parts.triangles, 2 * scene.triangles.size()) << "a part holds little but its own";
     const TracedHits together = trace_in_parts(scene, parts, {}, 100'000);
     EXPECT_EQ(together.balance, whole.balance);
     EXPECT_TRUE(sorted(together) == sorted(whole));
+}
+
+/// A plate in the open under a spot high above: rays run nearly along the planes of cells, and pass the next of them
+/// where nothing of the scene can be.
+TEST(PartTracer, RaysThatLeaveAnOpenSceneAreFollowedNoFurtherThanItReaches) {
+    SceneBuilder b;
+    b.surface("plate", b.mirror(0.9));
+    b.quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1});
+    b.surface("block", b.lambert(0.5));
+    b.quad({5, 3, 1}, {5, 4, 1}, {5, 4, -1}, {5, 3, -1});
+    b.quad({-5, 3, 1}, {-5, 4, 1}, {-5, 4, -1}, {-5, 3, -1});
+    b.point_light({0, 9e6, 0}, 1e12);
+    Light& spot = b.scene.lights.back();
+    spot.kind = LightKind::spot;
+    spot.cos_inner = spot.cos_outer = 1 - 1e-14;
+    const Scene& scene = b.scene;
+    const TracedHits whole = trace_whole(scene, {}, 20'000);
+    ASSERT_GT(whole.records.size(), 0u);
+    for (const std::uint32_t places : {1u, 8u}) {
+        const Parts parts(scene, 8, places);
+        const Emission emission = make_emission(parts.palette.scene).value();
+        const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), scene_extent(scene));
+        std::vector<Departure> moving;
+        EnergyBalance balance;
+        emitter.emit(1, {0, 17, 20'000}, moving, balance);
+        for (const Departure& departure : moving) EXPECT_LE(departure.flight.travelled_m, farthest_m);
+        const TracedHits together = trace_in_parts(scene, parts, {}, 20'000);
+        EXPECT_EQ(together.balance, whole.balance);
+        EXPECT_TRUE(sorted(together) == sorted(whole));
+    }
 }
 
 TEST(PartTracer, PartWithoutTrianglesLetsEverythingPass) {
