@@ -68,7 +68,8 @@ struct JobRecord {
     bool over() const { return wire::is_over(status.state); }
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& flights_lost& cancel_asked& paused& audited& begun;
+        ar& key& spec& scene_bytes& status& solution_file& has_solution& complete& flights_lost& cancel_asked& paused&
+            audited& begun;
         ar& wire::at_most(liars, limits::sessions_max) & distrusted& solution_bytes& ended_unix_seconds;
     }
 };

@@ -28,8 +28,8 @@ std::vector<ParticleRange> ranges_of(const wire::ResultDone& done) {
 
 }  // namespace
 
-/// By a chance that no worker can foresee. Not with subspaces: what comes back of a set depends on those that the worker
-/// has, so two results of one set differ.
+/// By a chance that no worker can foresee. Not with subspaces: what comes back of a set depends on those that the
+/// worker has, so two results of one set differ.
 void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t ticket, double now_s) {
     const double chance =
         std::ldexp(static_cast<double>(XXH3_64bits_withSeed(&ticket, sizeof ticket, policy_.audit_key)), -64);

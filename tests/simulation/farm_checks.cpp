@@ -7,8 +7,8 @@ namespace lumenfarm::testing {
 namespace {
 
 std::string named(JobId job, std::uint32_t source, std::uint64_t begin, std::uint64_t end) {
-    return "particles " + std::to_string(begin) + " to " + std::to_string(end) + " of source " + std::to_string(source) +
-           " of job " + std::to_string(job);
+    return "particles " + std::to_string(begin) + " to " + std::to_string(end) + " of source " +
+           std::to_string(source) + " of job " + std::to_string(job);
 }
 
 }  // namespace
