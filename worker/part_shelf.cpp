@@ -53,8 +53,11 @@ Result<void> PartShelf::open(std::shared_ptr<const JobContext> context, std::uin
 }
 
 void PartShelf::close(JobId id) {
-    for (const std::uint32_t subspace : held(id)) give_up({id, subspace});
-    if (const auto job = jobs_.extract(id); !job.empty()) used_bytes_ -= job.mapped().bytes;
+    const auto job = jobs_.find(id);
+    if (job == jobs_.end()) return;
+    used_bytes_ -= job->second.bytes;
+    for (const auto& [subspace, part] : job->second.parts) used_bytes_ -= bytes_of(file({id, subspace}));
+    jobs_.erase(job);
 }
 
 std::optional<PartShelf::Next> PartShelf::next(std::span<const PartKey> needed) const {
