@@ -30,14 +30,13 @@ inline std::string scene_file(const Folder& folder) {
 class Farm : public ::testing::Test {
 protected:
     Farm() : scene_(scene_file(folder_)) {}
-    /// A failed test shows the end of what its master has said.
+    /// A failed test shows the end of what its master and its workers have said.
     void TearDown() override {
         if (!HasFailure() || !master_) return;
         master_->send(SIGTERM);
         const auto status = master_->wait();
-        const std::string& said = master_->err();
         ADD_FAILURE() << "the master ended with " << status.value_or(-1) << " and said last:\n"
-                      << said.substr(said.size() - std::min<std::size_t>(said.size(), 3'000));
+                      << last_words(master_->err());
     }
 
     std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -46,7 +45,11 @@ protected:
                                    std::vector<std::string> environment = {}) const {
         arguments.insert(arguments.begin(), program(name));
         environment.push_back("HOME=" + path(""));
-        return std::make_unique<Process>(std::move(arguments), std::move(environment));
+        auto process = std::make_unique<Process>(std::move(arguments), std::move(environment));
+        process->before_kill = [name](const std::string& said) {
+            if (HasFailure()) ADD_FAILURE() << name << " said last:\n" << last_words(said);
+        };
+        return process;
     }
 
     /// At the address of an earlier one, if there was one. `under`: a command that starts it, found in the path.

@@ -28,6 +28,10 @@ inline constexpr std::chrono::seconds watchdog{600};  // a picture takes minutes
 inline constexpr std::chrono::seconds watchdog{90};
 #endif
 
+inline std::string last_words(const std::string& said) {
+    return said.substr(said.size() - std::min<std::size_t>(said.size(), 3'000));
+}
+
 inline std::string program(const std::string& name) { return std::string(LUMENFARM_BINARY_DIR) + "/bin/" + name; }
 
 class Process {
@@ -55,12 +59,17 @@ public:
     Process& operator=(const Process&) = delete;
     ~Process() {
         if (!status_ && pid_ > 0) {
+            read_now();
+            if (before_kill) before_kill(err());
             ::kill(pid_, SIGKILL);
             ::waitpid(pid_, nullptr, 0);
         }
         for (auto& pipe : pipes_)
             if (pipe.fd >= 0) ::close(pipe.fd);
     }
+
+    /// Gets what one that still runs has said on stderr, before it is killed.
+    std::function<void(const std::string& said)> before_kill;
 
     pid_t id() const { return pid_; }
     /// What has come so far.
