@@ -1,22 +1,19 @@
-#include "cli/bench_scene.h"
-#include "cli/bench_tracer.h"
+#include "cli/bench/tracer_bench.h"
+#include "cli/bench_input.h"
 #include "cli/commands.h"
 #include "cli/number.h"
 #include "cli/options.h"
 #include "cli/products/json_text.h"
-#include "cli/scene_input.h"
 
 #include <boost/json.hpp>
 
 #include <array>
 #include <cstdio>
 
-/// `bench tracer`: how fast this computer traces.
+/// `bench`, and `bench tracer`: how fast this computer traces.
 namespace lumenfarm {
 namespace {
 
-constexpr std::uint64_t generated_min = 100;
-constexpr std::uint64_t generated_max = 100'000'000;
 constexpr std::uint32_t rounds_max = 1'000;
 
 boost::json::object document(const TracerBench& bench) {
@@ -46,60 +43,54 @@ std::string table(const TracerBench& bench) {
     return buffer.data();
 }
 
-class BenchCommand : public Command {
+class TracerBenchCommand : public Command {
 public:
-    explicit BenchCommand(CLI::App& app)
-        : Command(app, "bench", "Measure how fast this computer is"),
-          tracer_(*app_.add_subcommand("tracer", "Compare the tracer with bare Embree, on one thread")->fallthrough()) {
-        app_.require_subcommand(1);
-        declare_scene_options(tracer_, scene_);
-        tracer_.get_option("SCENE")->required(false);
-        count_option(tracer_, "--generate", generate_, "Instead of SCENE: hills in a room, of so many triangles")
-            ->type_name("TRIANGLES")
-            ->default_str("");
-        count_option(tracer_, "--particles", particles_, "Particles in a round; 0 takes about 2M rays");
-        count_option(tracer_, "--rounds", rounds_, "Rounds of each; the medians are shown");
-        choice_option<std::string>(tracer_, "--isa", isa_,
+    explicit TracerBenchCommand(CLI::App& app)
+        : Command(app, "tracer", "Compare the tracer with bare Embree, on one thread") {
+        declare_bench_input(app_, input_);
+        count_option(app_, "--particles", particles_, "Particles in a round; 0 takes about 2M rays");
+        count_option(app_, "--rounds", rounds_, "Rounds of each; the medians are shown");
+        choice_option<std::string>(app_, "--isa", isa_,
                                    {{"auto", ""}, {"sse4.2", "sse4.2"}, {"avx2", "avx2"}, {"avx512", "avx512"}},
                                    "Instruction set of the ray queries");
-        flag_option(tracer_, "--json", json_, "Print one JSON document");
+        flag_option(app_, "--json", json_, "Print one JSON document");
     }
 
     Result<void> execute(Console& console) override {
         if (rounds_ < 1 || rounds_ > rounds_max)
             return bad_input("rounds is " + std::to_string(rounds_) + "; it must be from 1 to " +
                              std::to_string(rounds_max));
-        const auto scene = bench_scene(console);
-        if (!scene) return scene.error();
-        const auto bench = bench_tracer(*scene, particles_, rounds_, isa_);
+        const auto compiled = read_bench_scene(app_, input_, console);
+        if (!compiled) return compiled.error();
+        const auto bench = bench_tracer(compiled->scene, particles_, rounds_, isa_);
         if (!bench) return bench.error();
         console.result(json_ ? json_text(document(*bench)) : table(*bench));
         return {};
     }
 
 private:
-    Result<Scene> bench_scene(Console& console) {
-        const bool generated = !tracer_.get_option("--generate")->empty();
-        if (generated == !scene_.file.empty())
-            return bad_input("bench tracer needs either a SCENE or --generate TRIANGLES");
-        if (!generated) {
-            auto compiled = read_scene(scene_, console);
-            if (!compiled) return compiled.error();
-            return std::move(compiled->scene);
-        }
-        if (generate_ < generated_min || generate_ > generated_max)
-            return bad_input("generate is " + std::to_string(generate_) + "; it must be from " +
-                             std::to_string(generated_min) + " to " + std::to_string(generated_max) + " triangles");
-        return make_bench_scene(generate_);
-    }
-
-    CLI::App& tracer_;
-    SceneOptions scene_;
-    std::uint64_t generate_ = 0;
+    BenchInput input_;
     std::uint64_t particles_ = 0;
     std::uint32_t rounds_ = 9;
     std::string isa_;
     bool json_ = false;
+};
+
+class BenchCommand : public Command {
+public:
+    explicit BenchCommand(CLI::App& app)
+        : Command(app, "bench", "Measure how fast this computer is"),
+          tracer_(app_),
+          farm_(make_farm_bench_command(app_)) {
+        app_.require_subcommand(1);
+    }
+    Result<void> execute(Console& console) override {
+        return tracer_.chosen() ? tracer_.execute(console) : farm_->execute(console);
+    }
+
+private:
+    TracerBenchCommand tracer_;
+    std::unique_ptr<Command> farm_;
 };
 
 }  // namespace

@@ -39,10 +39,15 @@ private:
         return json_ ? json_text(job_document(job)) : job_details(job);
     }
     std::string text_of(const wire::StatusReply& farm) const {
-        if (!json_) return jobs_table(farm.jobs) + counts_text(farm.counts);
+        if (!json_) {
+            const std::string happened = traffic_text(farm.traffic) + counts_text(farm.counts);
+            return jobs_table(farm.jobs) + (happened.empty() ? "" : "\nsince the master started\n" + happened);
+        }
         boost::json::array list;
         for (const auto& job : farm.jobs) list.push_back(job_document(job));
-        return json_text(boost::json::object{{"jobs", std::move(list)}, {"counts", counts_document(farm.counts)}});
+        return json_text(boost::json::object{{"jobs", std::move(list)},
+                                             {"counts", counts_document(farm.counts)},
+                                             {"traffic", traffic_document(farm.traffic)}});
     }
 
     const FarmOptions& farm_;

@@ -40,6 +40,8 @@ void declare_result_options(CLI::App& app, JobSpec& spec) {
         ->group(group);
 }
 
+}  // namespace
+
 void declare_way_options(CLI::App& app, JobSpec& spec) {
     choice_option<Strategy>(app, "--strategy", spec.strategy,
                             {{"sets", Strategy::sets}, {"subspaces", Strategy::subspaces}},
@@ -63,8 +65,6 @@ void declare_way_options(CLI::App& app, JobSpec& spec) {
         ->group(group);
     signed_option(app, "--priority", spec.priority, "Jobs of higher priority get work first")->group(group);
 }
-
-}  // namespace
 
 void declare_path_options(CLI::App& app, JobSpec& spec) {
     count_option(app, "--seed", spec.seed, "Another seed gives other noise")->group(group);

@@ -14,15 +14,6 @@ namespace {
 
 namespace json = boost::json;
 
-std::string_view name_of(Packing packing) {
-    switch (packing) {
-        case Packing::automatic: return "auto";
-        case Packing::records: return "records";
-        case Packing::maps: return "maps";
-    }
-    return "?";
-}
-
 std::string_view name_of(wire::WorkerState state) {
     switch (state) {
         case wire::WorkerState::idle: return "idle";
@@ -122,7 +113,16 @@ std::string counts_text(std::span<const wire::ReasonCount> counts) {
     std::string text;
     for (const auto& [group, reasons] : groups)
         text += format_line("%-19s ", clean_name(group).c_str()) + clean_name(reasons) + "\n";
-    return text.empty() ? text : "\nsince the master started\n" + text;
+    return text;
+}
+
+std::string traffic_text(const wire::Traffic& traffic) {
+    if (traffic.messages_in == 0) return {};
+    const auto part = [](std::uint64_t bytes, std::uint64_t messages) {
+        return short_count(static_cast<double>(bytes)) + " bytes in " + count_of(messages) + " messages";
+    };
+    return format_line("%-19s ", "traffic") + part(traffic.bytes_in, traffic.messages_in) + " from workers, " +
+           part(traffic.bytes_out, traffic.messages_out) + " to them\n";
 }
 
 std::string workers_table(std::span<const wire::WorkerStatus> workers) {
@@ -176,6 +176,13 @@ json::object counts_document(std::span<const wire::ReasonCount> counts) {
         group.as_object()[each.reason] = each.count;
     }
     return groups;
+}
+
+json::object traffic_document(const wire::Traffic& traffic) {
+    return {{"bytes_in", traffic.bytes_in},
+            {"bytes_out", traffic.bytes_out},
+            {"messages_in", traffic.messages_in},
+            {"messages_out", traffic.messages_out}};
 }
 
 json::object worker_document(const wire::WorkerStatus& worker) {

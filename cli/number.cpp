@@ -57,6 +57,18 @@ Result<std::uint64_t> parse_count(std::string_view text) {
     return static_cast<std::uint64_t>(*number);
 }
 
+Result<std::vector<std::uint64_t>> parse_counts(std::string_view text) {
+    std::vector<std::uint64_t> counts;
+    for (std::string_view rest = text;;) {
+        const auto comma = rest.find(',');
+        const auto count = parse_count(rest.substr(0, comma));
+        if (!count) return bad_input(quoted(text) + " is not whole numbers with commas between, such as 1,2,4");
+        counts.push_back(*count);
+        if (comma == std::string_view::npos) return counts;
+        rest.remove_prefix(comma + 1);
+    }
+}
+
 Result<std::int32_t> parse_signed(std::string_view text) {
     const bool negative = !text.empty() && text.front() == '-';
     const auto size = parse_count(negative ? text.substr(1) : text);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// Numbers as people type them.
 namespace lumenfarm {
@@ -14,7 +15,10 @@ namespace lumenfarm {
 /// Plain digits go up to 2^64 - 1, the other forms to 2^53. Errors: bad_input.
 Result<std::uint64_t> parse_count(std::string_view text);
 
-/// The same with a minus sign allowed, within 32 bits. Errors: bad_input.
+/// Whole numbers with commas between: "1,2,4", each as parse_count(); at least one. Errors: bad_input.
+Result<std::vector<std::uint64_t>> parse_counts(std::string_view text);
+
+/// As parse_count() with a minus sign allowed, within 32 bits. Errors: bad_input.
 Result<std::int32_t> parse_signed(std::string_view text);
 
 /// A finite number, with the same suffixes. Errors: bad_input.

@@ -86,6 +86,13 @@ CLI::Option* count_option(CLI::App& app, const std::string& names, std::uint32_t
     return option_detail::declare(app, names, "N", std::to_string(value), help, keeping(value, parse_small_count));
 }
 
+CLI::Option* counts_option(CLI::App& app, const std::string& names, std::vector<std::uint64_t>& values,
+                           const std::string& help) {
+    std::string shown;
+    for (const std::uint64_t value : values) shown += (shown.empty() ? "" : ",") + std::to_string(value);
+    return option_detail::declare(app, names, "N,N...", shown, help, keeping(values, parse_counts));
+}
+
 CLI::Option* signed_option(CLI::App& app, const std::string& names, std::int32_t& value, const std::string& help) {
     return option_detail::declare(app, names, "N", std::to_string(value), help, keeping(value, parse_signed));
 }

@@ -18,6 +18,9 @@ CLI::Option* text_option(CLI::App& app, const std::string& names, std::string& v
 CLI::Option* flag_option(CLI::App& app, const std::string& names, bool& value, const std::string& help);
 CLI::Option* count_option(CLI::App& app, const std::string& names, std::uint64_t& value, const std::string& help);
 CLI::Option* count_option(CLI::App& app, const std::string& names, std::uint32_t& value, const std::string& help);
+/// "1,2,4"
+CLI::Option* counts_option(CLI::App& app, const std::string& names, std::vector<std::uint64_t>& values,
+                           const std::string& help);
 CLI::Option* signed_option(CLI::App& app, const std::string& names, std::int32_t& value, const std::string& help);
 CLI::Option* real_option(CLI::App& app, const std::string& names, double& value, const std::string& help);
 CLI::Option* vector_option(CLI::App& app, const std::string& names, std::optional<Vec3d>& value,

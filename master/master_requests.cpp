@@ -89,8 +89,9 @@ void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::Sta
         for (auto it = jobs_.rbegin(); it != jobs_.rend() && listed.size() < limits::jobs_listed_max; ++it)
             listed.push_back(status_of(it->second, now_s));
     }
-    auto counts = request.job ? std::vector<wire::ReasonCount>() : counts_.listed();
-    send(session, wire::StatusReply(std::move(listed), std::move(counts)), request_id);
+    auto reply = request.job ? wire::StatusReply(std::move(listed))
+                             : wire::StatusReply(std::move(listed), counts_.listed(), counts_.traffic);
+    send(session, std::move(reply), request_id);
 }
 
 void MasterCore::on(SessionId session, std::uint64_t request_id, const wire::WorkersRequest&, double now_s) {

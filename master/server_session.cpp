@@ -18,6 +18,13 @@ namespace {
 constexpr auto tick_interval = std::chrono::milliseconds(200);
 constexpr std::size_t slow_requests_max = 8;  ///< of one connection, before its reading pauses
 
+void add(wire::Traffic& sum, const net::ConnectionCounters& connection) {
+    sum.bytes_in += connection.bytes_in;
+    sum.bytes_out += connection.bytes_out;
+    sum.messages_in += connection.messages_in;
+    sum.messages_out += connection.messages_out;
+}
+
 }  // namespace
 
 MasterServer::Running::Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk,
@@ -129,6 +136,7 @@ void MasterServer::Running::on_message(net::Connection& connection, wire::Envelo
                      hello->role == wire::Role::worker ? "worker" : "submitter", hello->name, connection.peer(),
                      hello->threads);
     }
+    if (std::holds_alternative<wire::StatusRequest>(envelope.message)) core_.counts().traffic = traffic();
     asking_ = peer.session;
     carry_out(core_.on_message(peer.session, std::move(envelope.message), envelope.request_id, now_s()));
     asking_ = 0;
@@ -139,12 +147,20 @@ void MasterServer::Running::on_close(net::Connection& connection, const net::Clo
     if (peer == peers_.end()) return;
     spdlog::info("{} is gone ({})", connection.peer(), closed.text());
     core_.counts().count(closed);
+    if (peer->second.role == wire::Role::worker) add(traffic_of_closed_, connection.counters());
     const SessionId session = peer->second.session;
     if (session != 0) let_go(session);
     peers_.erase(peer);
     if (session != 0 && closed.goodbye) carry_out(core_.on_message(session, *closed.goodbye, 0, now_s()));
     if (session != 0) carry_out(core_.on_disconnect(session, now_s()));
     end_if_done();
+}
+
+wire::Traffic MasterServer::Running::traffic() const {
+    wire::Traffic all = traffic_of_closed_;
+    for (const auto& [connection, peer] : peers_)
+        if (peer.role == wire::Role::worker) add(all, connection->counters());
+    return all;
 }
 
 MasterServer::Running::Peer* MasterServer::Running::peer_of(SessionId session) {

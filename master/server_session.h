@@ -71,6 +71,7 @@ private:
 
     void accept(boost::asio::ip::tcp::socket socket);
     Peer* peer_of(SessionId session);
+    wire::Traffic traffic() const;
     void let_go(SessionId session);
 
     void carry_out(Send send);
@@ -120,6 +121,7 @@ private:
 
     std::map<net::Connection*, Peer> peers_;
     std::map<SessionId, net::Connection*> sessions_;
+    wire::Traffic traffic_of_closed_;
     SessionId next_session_ = embedding_session + 1;
     SessionId asking_ = 0;                                          ///< whose message is being handled
     std::map<std::uint64_t, std::promise<wire::Message>> replies_;  ///< to the embedding program

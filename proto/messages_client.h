@@ -136,25 +136,40 @@ struct ReasonCount {
     }
 };
 
+/// What went over a master's connections with its workers since it started, those that have ended included.
+struct Traffic {
+    std::uint64_t bytes_in = 0, bytes_out = 0;  ///< from and to the workers
+    std::uint64_t messages_in = 0, messages_out = 0;
+
+    Traffic() = default;
+    bool operator==(const Traffic&) const = default;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, bytes_in, bytes_out, messages_in, messages_out);
+    }
+};
+
 /// master -> submitter, newest job first.
 struct StatusReply {
     static constexpr auto type = MessageType::status_reply;
     std::vector<JobStatus> jobs;      ///< at most limits::jobs_listed_max
     std::vector<ReasonCount> counts;  ///< unless one job was asked for; at most limits::reason_counts_max
+    Traffic traffic;                  ///< unless one job was asked for
 
     StatusReply() = default;
-    explicit StatusReply(std::vector<JobStatus> jobs_, std::vector<ReasonCount> counts_ = {})
-        : jobs(std::move(jobs_)), counts(std::move(counts_)) {}
+    explicit StatusReply(std::vector<JobStatus> jobs_, std::vector<ReasonCount> counts_ = {}, Traffic traffic_ = {})
+        : jobs(std::move(jobs_)), counts(std::move(counts_)), traffic(traffic_) {}
     bool operator==(const StatusReply&) const = default;
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, at_most(jobs, limits::jobs_listed_max), at_most(counts, limits::reason_counts_max));
+        fields(ar, at_most(jobs, limits::jobs_listed_max), at_most(counts, limits::reason_counts_max), traffic);
     }
 };
 static_assert(limits::jobs_listed_max * (512 + 24 * limits::set_aside_listed_max + limits::peer_name_bytes_max +
                                          limits::sentence_bytes_max) +
-                  limits::reason_counts_max * (16 + 2 * limits::reason_name_bytes_max) <=
+                  limits::reason_counts_max * (16 + 2 * limits::reason_name_bytes_max) + sizeof(Traffic) <=
               payload_bytes_max(MessageType::status_reply));
 
 /// submitter -> master. Answered by WorkersReply.

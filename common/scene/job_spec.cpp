@@ -54,6 +54,15 @@ Result<void> validate_way_group(const JobSpec& spec) {
 
 }  // namespace
 
+std::string_view name_of(Packing packing) {
+    switch (packing) {
+        case Packing::automatic: return "auto";
+        case Packing::records: return "records";
+        case Packing::maps: return "maps";
+    }
+    return "?";
+}
+
 Result<void> validate(const JobSpec& spec) {
     if (auto result = validate_result_group(spec); !result) return result;
     return validate_way_group(spec);

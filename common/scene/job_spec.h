@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 /// What a user asks for. The first group decides the result (law 1); the second only how it is computed.
 namespace lumenfarm {
@@ -12,6 +13,7 @@ enum class Absorption : std::uint8_t { analog, attenuate };
 enum class CutoffRule : std::uint8_t { roulette, plain };
 enum class Strategy : std::uint8_t { sets, subspaces };
 enum class Packing : std::uint8_t { automatic, records, maps };
+std::string_view name_of(Packing packing);  ///< as on the command line
 
 struct JobSpec {
     std::uint64_t particles = 1'000'000;  ///< all lights together, in proportion to their flux

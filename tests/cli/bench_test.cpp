@@ -1,5 +1,5 @@
-#include "cli/bench_scene.h"
-#include "cli/bench_tracer.h"
+#include "cli/bench/bench_scene.h"
+#include "cli/bench/tracer_bench.h"
 #include "common/scene/scene_file.h"
 
 #include <gtest/gtest.h>

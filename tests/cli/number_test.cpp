@@ -36,6 +36,16 @@ TEST(Number, WhatIsNoCountIsRefusedWithItsText) {
     }
 }
 
+TEST(Number, CountsStandBetweenCommas) {
+    EXPECT_EQ(*parse_counts("1,2,4"), (std::vector<std::uint64_t>{1, 2, 4}));
+    EXPECT_EQ(*parse_counts("25k"), std::vector<std::uint64_t>{25'000});
+    for (const std::string text : {"", ",", "1,", ",1", "1,,2", "1;2", "1, 2", "1,x"}) {
+        const auto counts = parse_counts(text);
+        ASSERT_FALSE(counts) << text;
+        EXPECT_NE(counts.error().sentence.find("'" + text + "'"), std::string::npos) << counts.error().sentence;
+    }
+}
+
 TEST(Number, SignedNumbersStayWithin32Bits) {
     EXPECT_EQ(*parse_signed("-10"), -10);
     EXPECT_EQ(*parse_signed("1k"), 1'000);

@@ -37,6 +37,7 @@ bool may_include(const std::vector<std::string>& order, const std::string& from,
     if (from == "master" || from == "worker" || from.starts_with("master/"))
         return is_common(to) || to == "proto" || (from == "master" && to.starts_with("master/"));
     if (from == "cli/import" || from == "cli/products") return is_common(to);
+    if (from == "cli/bench") return is_common(to) || to == "proto";
     if (from == "cli") return to != "tests";
     return false;
 }

@@ -86,6 +86,15 @@ inline wire::Lease sample_lease_of_flights() {
 }
 
 /// At least one of every type, with no field left at its default where that would hide a mistake.
+inline wire::Traffic sample_traffic() {
+    wire::Traffic traffic;
+    traffic.bytes_in = 1'000'000;
+    traffic.bytes_out = 2'000;
+    traffic.messages_in = 30;
+    traffic.messages_out = 4;
+    return traffic;
+}
+
 inline std::vector<wire::Message> sample_messages() {
     using namespace wire;
     Hello hello(Role::worker, "office-3", 0x1234567890abcdefu);
@@ -129,7 +138,8 @@ inline std::vector<wire::Message> sample_messages() {
         SubmitReply(0, {0, 1}),
         StatusRequest(std::nullopt),
         StatusRequest(12),
-        StatusReply({sample_job_status(), JobStatus()}, {{"sent_off", "farm_full", 3}, ReasonCount()}),
+        StatusReply({sample_job_status(), JobStatus()}, {{"sent_off", "farm_full", 3}, ReasonCount()},
+                    sample_traffic()),
         WorkersRequest(),
         WorkersReply({sample_worker_status(), WorkerStatus()}),
         ControlRequest(12, JobAction::extend, 5'000),

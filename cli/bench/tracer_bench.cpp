@@ -1,5 +1,6 @@
-#include "cli/bench_tracer.h"
+#include "cli/bench/tracer_bench.h"
 
+#include "cli/bench/median.h"
 #include "common/support/ensure.h"
 #include "common/transport/ray_log.h"
 #include "common/transport/tracer.h"
@@ -28,11 +29,6 @@ double seconds_of(Work work) {
     const double begin = cpu_seconds();
     work();
     return cpu_seconds() - begin;
-}
-
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-    return values[values.size() / 2];
 }
 
 std::uint32_t brightest_light(const Emission& emission) {

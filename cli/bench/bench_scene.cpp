@@ -1,4 +1,4 @@
-#include "cli/bench_scene.h"
+#include "cli/bench/bench_scene.h"
 
 #include "common/spectrum/spectrum.h"
 

@@ -1,0 +1,150 @@
+#include "cli/bench/farm_bench.h"
+#include "cli/bench/farm_report.h"
+#include "cli/bench_input.h"
+#include "cli/commands.h"
+#include "cli/job_options.h"
+#include "cli/options.h"
+#include "cli/output_folder.h"
+#include "cli/products/json_text.h"
+#include "cli/stop_signals.h"
+#include "cli/temporary_folder.h"
+#include "common/support/file.h"
+#include "common/support/limits.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+/// `bench farm`: how well a farm shares its work out.
+namespace lumenfarm {
+namespace {
+
+constexpr std::uint64_t workers_max = 64;
+constexpr std::uint32_t runs_max = 1'000;
+constexpr std::size_t values_max = 64;
+const std::vector<std::uint32_t> swept_hits{1, 100, 1'000, 5'000, 50'000};
+
+class FarmBenchCommand : public Command {
+public:
+    explicit FarmBenchCommand(CLI::App& bench)
+        : Command(bench, "farm", "Compare farms of real processes on this computer: speed-up, efficiency, traffic") {
+        declare_bench_input(app_, input_);
+        text_option(app_, "-o,--output", output_, "Folder for the results")->type_name("DIR")->required();
+        counts_option(app_, "--workers", workers_, "Numbers of workers to compare");
+        counts_option(app_, "--particles", particles_, "Particles of the jobs");
+        count_option(app_, "--threads", options_.threads, "Threads of each worker");
+        count_option(app_, "--runs", options_.runs, "Runs of each, taken in turn; the medians are shown");
+        choice_option<bool>(app_, "--sweep", sweep_, {{"none", false}, {"hits-per-message", true}},
+                            "Compare messages of 1 to 50,000 hits, too");
+        choice_option<std::string>(app_, "--isa", options_.isa,
+                                   {{"auto", ""}, {"sse4.2", "sse4.2"}, {"avx2", "avx2"}, {"avx512", "avx512"}},
+                                   "Instruction set of the ray queries");
+        app_.add_option("--memory-limit", options_.memory_limit_bytes, "Most memory that each worker takes, e.g. 2GB")
+            ->type_name("BYTES")
+            ->envname(environment_name("memory-limit"))
+            ->transform(CLI::AsSizeValue(false));
+        flag_option(app_, "--parts-only", options_.parts_only,
+                    "With subspaces: workers hold the scene in parts, even where it would fit whole");
+        declare_path_options(app_, options_.job);
+        declare_way_options(app_, options_.job);
+    }
+
+    Result<void> execute(Console& console) override;
+
+private:
+    Result<void> check_options();
+    std::string run_line(const FarmRun& run, std::size_t done) const;
+    std::size_t runs_in_all() const;
+    Result<void> write(const OutputFolder& folder, const std::vector<FarmRun>& runs, Console& console) const;
+
+    BenchInput input_;
+    FarmBenchOptions options_;
+    std::vector<std::uint64_t> workers_{1, 2};
+    std::vector<std::uint64_t> particles_{25'000, 205'000};
+    std::string output_;
+    bool sweep_ = false;
+};
+
+Result<void> check_each(const char* name, const std::vector<std::uint64_t>& values, std::uint64_t most) {
+    for (const std::uint64_t value : values)
+        if (value < 1 || value > most)
+            return bad_input(std::string(name) + " has " + std::to_string(value) + "; each must be from 1 to " +
+                             std::to_string(most));
+    if (values.size() > values_max) return bad_input(std::string(name) + " has more than 64 numbers");
+    return {};
+}
+
+Result<void> check_one(const char* name, std::uint64_t value, std::uint64_t most) {
+    if (value >= 1 && value <= most) return {};
+    return bad_input(std::string(name) + " is " + std::to_string(value) + "; it must be from 1 to " +
+                     std::to_string(most));
+}
+
+Result<void> FarmBenchCommand::check_options() {
+    if (auto checked = check_each("workers", workers_, workers_max); !checked) return checked;
+    if (auto checked = check_each("particles", particles_, limits::particles_max); !checked) return checked;
+    if (auto checked = check_one("threads", options_.threads, limits::threads_per_worker_max); !checked) return checked;
+    if (auto checked = check_one("runs", options_.runs, runs_max); !checked) return checked;
+    if (sweep_ && options_.job.packing == Packing::maps)
+        return bad_input("packing maps sends no hits; sweep hits-per-message with packing records");
+    if (sweep_) options_.job.packing = Packing::records;
+    if (sweep_) options_.hits_per_message = swept_hits;
+    for (const std::uint64_t workers : workers_) options_.workers.push_back(static_cast<std::uint32_t>(workers));
+    options_.particles = particles_;
+    options_.job.particles = particles_.front();
+    return validate(options_.job);
+}
+
+std::size_t FarmBenchCommand::runs_in_all() const {
+    const std::size_t granularities = std::max<std::size_t>(1, options_.hits_per_message.size());
+    return options_.runs * options_.workers.size() * options_.particles.size() * granularities;
+}
+
+std::string FarmBenchCommand::run_line(const FarmRun& run, std::size_t done) const {
+    std::string line = std::to_string(done) + " of " + std::to_string(runs_in_all()) + ": " +
+                       std::to_string(run.particles) + " particles on " + std::to_string(run.workers) +
+                       (run.workers == 1 ? " worker" : " workers");
+    if (sweep_) line += ", " + std::to_string(run.hits_per_message) + " hits a message";
+    return line + " took " + std::to_string(run.total_s) + " s";
+}
+
+Result<void> FarmBenchCommand::write(const OutputFolder& folder, const std::vector<FarmRun>& runs,
+                                     Console& console) const {
+    const auto rows = rows_of(runs);
+    std::vector<std::pair<std::string, std::string>> files{{"bench.csv", csv_text(runs)},
+                                                           {"bench.json", json_text(document(runs, rows))}};
+    for (const auto& [name, chart] : charts_of(rows)) files.emplace_back(name + ".svg", svg_text(chart));
+    console.result(table(rows));
+    for (const auto& [name, text] : files) {
+        if (auto written = write_file(folder.path() / name, text); !written) return written;
+        console.result("wrote " + (folder.path() / name).string());
+    }
+    return {};
+}
+
+Result<void> FarmBenchCommand::execute(Console& console) {
+    if (auto checked = check_options(); !checked) return checked;
+    auto farms = TemporaryFolder::make();
+    if (!farms) return farms.error();
+    auto folder = OutputFolder::open(output_);
+    if (!folder) return folder.error();
+    const StopSignals signals([&] {
+        farms->remove();
+        folder->sweep();
+    });
+    const auto scene = read_bench_scene(app_, input_, console);
+    if (!scene) return scene.error();
+    std::size_t done = 0;
+    const auto runs = bench_farm(options_, scene->bytes, farms->path(), [&](const FarmRun& run) {
+        const std::string line = run_line(run, ++done);
+        done < runs_in_all() ? console.progress(line) : console.end_progress(line);
+    });
+    if (!runs) return runs.error();
+    return write(*folder, *runs, console);
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_farm_bench_command(CLI::App& bench) { return std::make_unique<FarmBenchCommand>(bench); }
+
+}  // namespace lumenfarm

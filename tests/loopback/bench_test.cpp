@@ -1,0 +1,86 @@
+#include "common/support/file.h"
+#include "tests/loopback/farm_fixture.h"
+#include "tests/solution/traced_run.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+/// `bench farm` with real daemons.
+namespace lumenfarm::testing {
+namespace {
+
+class FarmBench : public Farm {
+protected:
+    std::string text_of(const std::string& name) const {
+        const auto bytes = read_file(path(name), 1 << 20);
+        return bytes ? std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()) : std::string();
+    }
+    static std::vector<std::string> fields(const std::string& line) {
+        std::vector<std::string> all;
+        std::istringstream text(line);
+        for (std::string field; std::getline(text, field, ',');) all.push_back(field);
+        return all;
+    }
+    std::string digest(std::uint64_t particles) const {
+        JobSpec spec;
+        spec.particles = particles;
+        return solution_digest(test::traced_run(mixed_room(), spec).solution).hex();
+    }
+};
+
+TEST_F(FarmBench, MeasuresEveryFarmAndEachResultIsThatOfRun) {
+    const std::string shown = lumenfarm(
+        {"bench", "farm", scene_, "--workers", "1,2", "--particles", "2000,5k", "--runs", "2", "-o", path("bench")});
+    EXPECT_NE(shown.find("speed-up"), std::string::npos) << shown;
+    std::istringstream lines(text_of("bench/bench.csv"));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(fields(line).back(), "digest");
+    std::size_t runs = 0;
+    for (; std::getline(lines, line); ++runs) {
+        const auto run = fields(line);
+        ASSERT_EQ(run.size(), 15u) << line;
+        EXPECT_EQ(run.back(), digest(std::stoull(run[2]))) << line;
+        EXPECT_GT(std::stod(run[5]), 0) << "total time";
+        EXPECT_GT(std::stod(run[6]), 0) << "tracing";
+        EXPECT_GT(std::stod(run[8]), 0) << "the workers' processor time";
+        EXPECT_GT(std::stoull(run[10]), 0u) << "bytes from workers";
+        EXPECT_GT(std::stoull(run[11]), 0u) << "bytes to workers";
+    }
+    EXPECT_EQ(runs, 8u);
+    for (const char* picture : {"speed-up-total.svg", "speed-up-tracing.svg", "efficiency.svg"})
+        EXPECT_TRUE(text_of(std::string("bench/") + picture).starts_with("<svg")) << picture;
+    EXPECT_NE(text_of("bench/bench.json").find("\"medians\""), std::string::npos);
+}
+
+TEST_F(FarmBench, SweepsTheGranularityOfPacking) {
+    const std::string shown = lumenfarm({"bench", "farm", scene_, "--workers", "1", "--particles", "2000", "--runs",
+                                         "1", "--sweep", "hits-per-message", "-o", path("bench")});
+    std::istringstream lines(text_of("bench/bench.csv"));
+    std::vector<std::string> hits;
+    for (std::string line; std::getline(lines, line);) hits.push_back(fields(line)[3]);
+    EXPECT_EQ(hits, (std::vector<std::string>{"hits_per_message", "1", "100", "1000", "5000", "50000"})) << shown;
+    EXPECT_TRUE(text_of("bench/hits-per-message.svg").starts_with("<svg"));
+}
+
+TEST_F(FarmBench, StatusTellsTheTraffic) {
+    start_master();
+    EXPECT_EQ(lumenfarm({"status", "--master", address_}).find("traffic"), std::string::npos);
+    const auto worker = start_worker("one");
+    lumenfarm({"submit", scene_, "--particles", "1000", "--master", address_, "--wait"});
+    const auto status = json({"status", "--json", "--master", address_});
+    EXPECT_GT(status.at("traffic").at("bytes_in").to_number<std::uint64_t>(), 0u);
+    EXPECT_GT(status.at("traffic").at("messages_out").to_number<std::uint64_t>(), 0u);
+    EXPECT_NE(lumenfarm({"status", "--master", address_}).find("messages from workers"), std::string::npos);
+    const auto before = status.at("traffic").at("bytes_in").to_number<std::uint64_t>();
+    worker->send(SIGTERM);
+    EXPECT_EQ(worker->wait(), 0);
+    const auto after = json({"status", "--json", "--master", address_});
+    EXPECT_GE(after.at("traffic").at("bytes_in").to_number<std::uint64_t>(), before) << "of those that have ended, too";
+}
+
+}  // namespace
+}  // namespace lumenfarm::testing
