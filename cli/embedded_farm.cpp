@@ -29,6 +29,7 @@ Result<std::unique_ptr<EmbeddedFarm>> EmbeddedFarm::start(const Options& options
         worker.name = "local-" + std::to_string(number);
         worker.isa = options.isa;
         worker.memory_limit_bytes = options.memory_limit_bytes;
+        worker.parts_only = options.parts_only;
         worker.idle_priority = false;  // somebody waits for this
         if (auto hired = farm->hire(worker); !hired) return hired.error();
     }

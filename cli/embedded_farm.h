@@ -21,6 +21,7 @@ public:
         std::uint32_t threads = 1;             ///< of each worker
         std::string isa;                       ///< Embree ISA; empty: the best of this machine
         std::uint64_t memory_limit_bytes = 0;  ///< of each worker; 0: as WorkerOptions
+        bool parts_only = false;               ///< as WorkerOptions
     };
     /// `storage` outlives the farm. Errors: bad_input (ISA), failed (no port, disk, memory).
     static Result<std::unique_ptr<EmbeddedFarm>> start(const Options& options, const TemporaryFolder& storage);

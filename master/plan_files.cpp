@@ -6,7 +6,7 @@
 
 namespace lumenfarm {
 
-Result<WorkerFiles> put_plan(FileStore& files, const PreparedJob& prepared, Packing packing) {
+Result<WorkerFiles> put_plan(FileStore& files, const JobRecord& job, const PreparedJob& prepared) {
     const Scene& scene = prepared.scene;
     ScenePlan plan;
     plan.palette = palette_of(scene);
@@ -14,13 +14,14 @@ Result<WorkerFiles> put_plan(FileStore& files, const PreparedJob& prepared, Pack
     for (const Surface& surface : scene.surfaces) plan.first_triangle.push_back(surface.first_triangle);
     plan.first_triangle.push_back(static_cast<std::uint32_t>(scene.triangles.size()));
     plan.partition = prepared.subspaces->partition();
+    plan.whole = {job.status.scene, job.scene_bytes, plan.first_triangle.back()};
     for (const auto& triangles : prepared.subspaces->triangles(scene, part_margin_m(plan.extent))) {
         const std::vector<std::byte> bytes = encode_part(part_of(scene, triangles));
         const auto file = files.put(bytes);
         if (!file) return file.error();
         plan.parts.push_back({*file, bytes.size(), static_cast<std::uint32_t>(triangles.size())});
     }
-    if (packing == Packing::maps) plan.texel_rows = prepared.layout.rows();
+    if (packing_in_force(job.spec, prepared) == Packing::maps) plan.texel_rows = prepared.layout.rows();
     const std::vector<std::byte> bytes = encode_plan(plan);
     const auto file = files.put(bytes);
     if (!file) return file.error();

@@ -8,6 +8,6 @@
 namespace lumenfarm {
 
 /// Puts the plan of a job and a part for each subspace. REQUIRES: the job has subspaces. Errors: no_space, failed.
-Result<WorkerFiles> put_plan(FileStore& files, const PreparedJob& prepared, Packing packing);
+Result<WorkerFiles> put_plan(FileStore& files, const JobRecord& job, const PreparedJob& prepared);
 
 }  // namespace lumenfarm

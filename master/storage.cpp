@@ -132,7 +132,7 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
 /// The scene, or what stands for it.
 Result<WorkerFiles> Storage::files_for_workers(const JobRecord& job, const PreparedJob& prepared) {
     if (!prepared.subspaces) return WorkerFiles{job.status.scene, job.scene_bytes, {}};
-    auto files = watched(put_plan(files_, prepared, packing_in_force(job.spec, prepared)));
+    auto files = watched(put_plan(files_, job, prepared));
     if (files) worker_files_[job.id()] = *files;
     return files;
 }

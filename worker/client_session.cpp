@@ -237,10 +237,8 @@ void WorkerClient::Running::carry_out(const worker::PrepareJob& effect) {
 
 void WorkerClient::Running::carry_out(const worker::PreparePart& effect) {
     asio::post(scene_thread_, [this, effect] {
-        auto prepared = make_part(*effect.part_bytes, effect.job->plan, isa_);
-        if (!prepared)
-            spdlog::error("subspace {} of job {} can't be traced here: {}", effect.key.subspace, effect.key.job,
-                          prepared.error().sentence);
+        auto prepared = make_piece(effect.key.subspace, *effect.part_bytes, effect.job->plan, isa_);
+        if (!prepared) spdlog::error("{} can't be traced here: {}", effect.key.text(), prepared.error().sentence);
         asio::post(io_, [this, effect, prepared = std::move(prepared)]() mutable {
             carry_out(core_.on_part_prepared(effect.key, effect.file, std::move(prepared), now_s()));
         });

@@ -30,7 +30,7 @@ enum class Discard : std::uint8_t {
     scene_not_cached,
     cached_scene_damaged,
     cached_scene_displaced,  ///< by newer ones
-    part_given_up,           ///< triangles of a subspace, for those of another
+    part_given_up,           ///< triangles of a subspace, or of all, for others
 };
 constexpr Discard enum_last(Discard) { return Discard::part_given_up; }
 

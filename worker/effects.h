@@ -55,7 +55,7 @@ struct PrepareJob {
     std::shared_ptr<const std::vector<std::byte>> scene_bytes;
 };
 
-/// Decode and build what is needed to trace in a subspace. Answer: on_part_prepared.
+/// Decode and build what is needed to trace in a subspace, or in all. Answer: on_part_prepared.
 struct PreparePart {
     PartKey key;
     Digest file;

@@ -53,18 +53,4 @@ LightMap JobContext::empty_map() const {
     return LightMap(std::move(surfaces), first.size() - 1, *layout);
 }
 
-Result<std::shared_ptr<const PartTracer>> make_part(std::span<const std::byte> part_bytes,
-                                                    std::shared_ptr<const PlanContext> plan, const std::string& isa) {
-    struct Held {
-        std::shared_ptr<const PlanContext> plan;
-        std::unique_ptr<PartTracer> tracer;  ///< over the plan's palette
-    };
-    auto part = decode_part(part_bytes, plan->plan);
-    if (!part) return part.error();
-    auto tracer = PartTracer::make(std::move(*part), plan->plan.palette.scene, plan->plan.extent, isa);
-    if (!tracer) return tracer.error();
-    const auto held = std::make_shared<Held>(Held{std::move(plan), std::move(*tracer)});
-    return std::shared_ptr<const PartTracer>(held, held->tracer.get());
-}
-
 }  // namespace lumenfarm

@@ -67,9 +67,4 @@ Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& 
                                                            std::shared_ptr<const SceneContext> scene,
                                                            std::shared_ptr<const PlanContext> plan);
 
-/// The triangles of a subspace made ready for tracing. `isa` as above. Keeps the plan. Errors: bad_input (damaged
-/// part), failed (no memory).
-Result<std::shared_ptr<const PartTracer>> make_part(std::span<const std::byte> part_bytes,
-                                                    std::shared_ptr<const PlanContext> plan, const std::string& isa);
-
 }  // namespace lumenfarm

@@ -35,6 +35,9 @@ void declare(CLI::App& app, lumenfarm::WorkerOptions& options) {
                    "most memory to take, e.g. 2GB; larger scenes need --strategy subspaces [3/4 of the machine's]")
         ->envname("LUMENFARM_MEMORY_LIMIT")
         ->transform(CLI::AsSizeValue(false));
+    app.add_flag("--parts-only", options.parts_only,
+                 "with strategy subspaces hold scenes in parts, even where they would fit whole (for measurements)")
+        ->envname("LUMENFARM_PARTS_ONLY");
     app.add_option("--name", options.name, "how the master calls this worker [the machine's name]")
         ->envname("LUMENFARM_NAME");
     app.add_option("--isa", options.isa, "Embree's instruction set: sse4.2, avx2 or avx512 [the best of this machine]")

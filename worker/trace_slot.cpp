@@ -64,17 +64,17 @@ void TraceSlot::trace_slice() {
 /// Particles that leave their light, or go on in a subspace, light by light.
 void TraceSlot::trace_in_territory(const ParticleRange& slice) {
     const JobContext& job = *set_->job;
-    const auto follow = [&](std::uint32_t light, const std::vector<Departure>& arrivals) {
-        departures_.clear();
-        set_->territory->trace(job.spec, light, arrivals, hits_, departures_);
+    const auto keep_all = [&](std::uint32_t light) {
         keep(light);
         keep_departures(light);
+        hits_.clear();
+        departures_.clear();
     };
     hits_.clear();
+    departures_.clear();
     if (slice.source < job.lights()) {
-        std::vector<Departure> emitted;
-        job.plan->emitter.emit(job.spec.seed, slice, emitted, hits_.balance);
-        return follow(slice.source, emitted);
+        set_->territory->emit(job.spec, slice, job.plan->emitter, hits_, departures_);
+        return keep_all(slice.source);
     }
     const std::uint32_t subspace = slice.source - job.lights();
     const auto begin = set_->flights.begin() + static_cast<std::ptrdiff_t>(slice.first - set_->range.first);
@@ -82,8 +82,8 @@ void TraceSlot::trace_in_territory(const ParticleRange& slice) {
     for (auto flight = begin; flight != begin + static_cast<std::ptrdiff_t>(slice.count); ++flight)
         by_light[flight->light].push_back({subspace, wire::unpack_flight(*flight)});
     for (const auto& [light, arrivals] : by_light) {
-        follow(light, arrivals);
-        hits_.clear();
+        set_->territory->trace(job.spec, light, arrivals, hits_, departures_);
+        keep_all(light);
     }
 }
 

@@ -43,6 +43,7 @@ Result<std::unique_ptr<WorkerClient>> WorkerClient::start(const WorkerOptions& o
     identity.instance = random_number();
     identity.threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     identity.memory_bytes = options.memory_limit_bytes > 0 ? options.memory_limit_bytes : memory_bytes() / 4 * 3;
+    identity.parts_only = options.parts_only;
     identity.isa = options.isa;
     identity.fingerprint = *fingerprint;
     return std::unique_ptr<WorkerClient>(new WorkerClient(std::make_unique<Running>(options, *master, identity)));

@@ -22,6 +22,7 @@ struct WorkerOptions {
     std::filesystem::path cache;            ///< of scenes; empty: worker::default_cache_folder()
     std::uint64_t cache_bytes_max = std::uint64_t{20} << 30;
     std::uint64_t memory_limit_bytes = 0;          ///< 0: three quarters of the machine's
+    bool parts_only = false;                       ///< strategy subspaces: never a scene as a whole
     std::string name;                              ///< empty: the machine's
     std::string isa;                               ///< Embree ISA; empty: the best of this machine
     bool idle_priority = true;                     ///< tracing threads yield to everything else on the machine

@@ -24,7 +24,7 @@ WorkerCore::WorkerCore(const WorkerIdentity& identity, double drain_seconds)
     : identity_(identity),
       drain_seconds_(drain_seconds),
       slots_(identity.threads),
-      shelf_(bytes_for_parts(identity), identity.instance) {
+      shelf_(bytes_for_parts(identity), identity.instance, identity.parts_only) {
     ensure(identity.threads > 0, "a worker traces");
 }
 

@@ -22,6 +22,7 @@ struct WorkerIdentity {
     std::uint64_t instance = 0;      ///< random, of this process
     std::uint32_t threads = 1;       ///< slots
     std::uint64_t memory_bytes = 0;  ///< that it may take; 0: no limit
+    bool parts_only = false;         ///< subspaces: never the scene as a whole
     std::string isa;
     std::uint64_t fingerprint = 0;
 };
@@ -47,8 +48,7 @@ public:
     /// Null: not in the cache, or damaged there.
     Effects on_scene_loaded(const Digest& scene, std::shared_ptr<const std::vector<std::byte>> bytes, double now_s);
     /// `file`: of the PreparePart.
-    Effects on_part_prepared(const PartKey& key, const Digest& file, Result<std::shared_ptr<const PartTracer>> prepared,
-                             double now_s);
+    Effects on_part_prepared(const PartKey& key, const Digest& file, Result<Piece> prepared, double now_s);
     /// `info`: of the PrepareJob.
     Effects on_job_prepared(const wire::JobInfo& info, Result<std::shared_ptr<const JobContext>> prepared,
                             double now_s);
@@ -96,7 +96,8 @@ private:
     struct Bringing {
         PartKey key;
         PartFile file;
-        bool missing = false;  ///< in the cache: it is fetched
+        bool missing = false;    ///< in the cache: it is fetched
+        bool preparing = false;  ///< its bytes are here
     };
     struct Outgoing {
         std::uint64_t number = 0;
@@ -123,11 +124,13 @@ private:
     // subspaces (worker_parts.cpp)
     bool has_subspaces(JobId job) const;
     std::optional<PartKey> part_of(const wire::Lease& lease) const;
+    std::optional<PartKey> piece_for(const wire::Lease& lease) const;
     bool is_at_hand(const wire::Lease& lease) const;
     bool is_possible(const wire::Lease& lease) const;
     Result<void> open_parts(const Job& job);
     void bring_next();
-    void count_given_up(JobId job);
+    void give_up(const PartKey& key);
+    void fail_bringing(wire::ReturnReason reason);
     void prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes);
     void tell_parts();
     void tell_parts(JobId job);

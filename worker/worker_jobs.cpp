@@ -163,11 +163,7 @@ void WorkerCore::fail_fetch(const std::string& why) {
     fetch_.reset();
     for (auto& [id, job] : jobs_)
         if (job.info.scene == scene && job.missing) fail_job(id, wire::ReturnReason::no_scene);
-    if (bringing_ && bringing_->file.file == scene) {
-        const JobId job = bringing_->key.job;
-        bringing_.reset();
-        fail_job(job, wire::ReturnReason::no_scene);
-    }
+    if (bringing_ && bringing_->file.file == scene) fail_bringing(wire::ReturnReason::no_scene);
     fetch_next();
 }
 

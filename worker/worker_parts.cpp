@@ -27,6 +27,12 @@ std::optional<PartKey> WorkerCore::part_of(const wire::Lease& lease) const {
     return PartKey{lease.job, lease.range.source - lights};
 }
 
+/// What is needed to trace a set, or serves it where it is of a light.
+std::optional<PartKey> WorkerCore::piece_for(const wire::Lease& lease) const {
+    const PartKey whole{lease.job, none};
+    return shelf_.holds(whole) ? whole : part_of(lease);
+}
+
 /// Whether a set can be traced with what is at hand. Sets of a light wait until the memory is filled: what they emit
 /// into a subspace that is not at hand goes back to the master.
 bool WorkerCore::is_at_hand(const wire::Lease& lease) const {
@@ -61,7 +67,7 @@ void WorkerCore::bring_next() {
     if (bringing_ || drain_by_s_) return;
     std::vector<PartKey> needed;
     for (const wire::Lease& lease : queue_)
-        if (const auto part = part_of(lease); part && !draining(lease.job)) needed.push_back(*part);
+        if (const auto piece = piece_for(lease); piece && !draining(lease.job)) needed.push_back(*piece);
     const auto next = shelf_.next(needed);
     making_room_ = next && !next->given_up.empty();
     if (!next) return;
@@ -69,43 +75,49 @@ void WorkerCore::bring_next() {
         return (slot.running || slot.lease) && has_subspaces(slot.job);
     });
     if (making_room_ && busy) return;
-    for (const PartKey& key : next->given_up) {
-        shelf_.give_up(key);
-        count_given_up(key.job);
-    }
+    for (const PartKey& key : next->given_up) next->key == whole_of(key) ? shelf_.give_up(key) : give_up(key);
     making_room_ = false;
-    bringing_ = Bringing{next->key, next->file, false};
+    bringing_ = Bringing{next->key, next->file};
     if (!next->given_up.empty()) tell_parts();
     effects_.push_back(LoadScene{next->file.file});
 }
 
 /// Many a second may be: the log names the first of a job.
-void WorkerCore::count_given_up(JobId id) {
-    Job& job = jobs_.at(id);
+void WorkerCore::give_up(const PartKey& key) {
+    Job& job = jobs_.at(key.job);
+    const std::size_t held = shelf_.held(key.job).size();
+    shelf_.give_up(key);
+    // its sets of lights may be larger than what they would send on from now on
+    if (key.is_whole()) return_queued(key.job);
     if (std::exchange(job.gives_parts_up, true)) return counts_.discards.count(Discard::part_given_up, 1);
     count(Discard::part_given_up, 1,
-          "job " + std::to_string(id) + ": the memory holds " + std::to_string(shelf_.held(id).size() + 1) +
-              " of its " + std::to_string(job.context->plan->plan.parts.size()) +
-              " subspaces; from now on they take turns");
+          "job " + std::to_string(key.job) + ": the memory held " + std::to_string(held) + " of its " +
+              std::to_string(job.context->plan->plan.parts.size()) + " subspaces; from now on they take turns");
+}
+
+/// What can't be had whole may still be had in parts.
+void WorkerCore::fail_bringing(wire::ReturnReason reason) {
+    const PartKey key = bringing_->key;
+    bringing_.reset();
+    key.is_whole() ? shelf_.fail_whole(key.job) : fail_job(key.job, reason);
 }
 
 void WorkerCore::prepare_part_of(const Digest& file, const std::shared_ptr<const std::vector<std::byte>>& bytes) {
-    if (!bringing_ || bringing_->file.file != file) return;
+    if (!bringing_ || bringing_->file.file != file || std::exchange(bringing_->preparing, true)) return;
     bringing_->missing = false;
     effects_.push_back(PreparePart{bringing_->key, file, jobs_.at(bringing_->key.job).context, bytes});
 }
 
-Effects WorkerCore::on_part_prepared(const PartKey& key, const Digest& file,
-                                     Result<std::shared_ptr<const PartTracer>> prepared, double now_s) {
+Effects WorkerCore::on_part_prepared(const PartKey& key, const Digest& file, Result<Piece> prepared, double now_s) {
     // what was made for an earlier job of that number is of no use
     if (bringing_ && bringing_->key == key && bringing_->file.file == file) {
-        bringing_.reset();
         if (prepared) {
+            bringing_.reset();
             shelf_.put(key, std::move(*prepared));
             ++parts_brought_;
             tell_parts();
         } else {
-            fail_job(key.job, wire::ReturnReason::tracer_failed);
+            fail_bringing(wire::ReturnReason::tracer_failed);
         }
     }
     return settle_and_take(now_s);

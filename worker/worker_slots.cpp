@@ -71,7 +71,7 @@ void WorkerCore::start_next(std::size_t index, double now_s) {
     slot.open_leases.emplace(next->lease, next->epoch);
     slot.open = slot.running = true;
     SetWork work{jobs_.at(next->job).context, next->lease, next->epoch, next->range, next->keep_threshold};
-    if (const auto part = part_of(*next)) shelf_.use(*part);
+    if (const auto piece = piece_for(*next)) shelf_.use(*piece);
     if (has_subspaces(next->job)) work.territory = shelf_.territory(next->job);
     work.flights = std::move(next->flights);
     effects_.push_back(StartSlot{index, std::move(work)});

@@ -3,68 +3,49 @@
 #include "common/support/limits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
 namespace lumenfarm {
 
-Partition::Partition(std::vector<Node> nodes) : nodes_(std::move(nodes)) {
-    for (const Node& node : nodes_) subspaces_ += node.subspace != none;
-}
-
 Result<Partition> Partition::check(std::vector<Node> nodes) {
-    std::uint64_t next_child = 1;
     std::uint32_t next_subspace = 0;
-    const auto wrong = [](std::size_t node) {
-        return bad_input("node " + std::to_string(node) + " of the partition is out of place");
-    };
-    // children stand in the order of their parents, or they would not all be below the root once
-    std::vector<std::size_t> inner;
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
+    // of inner nodes; were two the same, the nodes would not all be below the root once
+    std::vector<std::uint32_t> children;
+    for (std::uint32_t i = 0; i < nodes.size(); ++i) {
         const Node& node = nodes[i];
-        if (node.first == none) {
-            if (node.subspace != none && node.subspace != next_subspace++) return wrong(i);
-            continue;
-        }
-        const auto finite = [](double v) { return v >= -limits::coordinate_max_m && v <= limits::coordinate_max_m; };
-        if (node.subspace != none || node.first <= i || node.first >= nodes.size() || (node.first - 1) % 8 != 0 ||
-            !finite(node.middle.x) || !finite(node.middle.y) || !finite(node.middle.z))
-            return wrong(i);
-        inner.push_back(node.first);
-        next_child += 8;
+        const bool possible =
+            std::abs(node.plane_m) <= 2 * limits::coordinate_max_m;  // the root is larger than a scene
+        const bool good = node.is_leaf() ? node.which == next_subspace++
+                                         : possible && node.which < 3 && node.first > i && node.first % 2 == 1 &&
+                                               node.first + 1 < nodes.size();
+        if (!good) return bad_input("node " + std::to_string(i) + " of the partition is out of place");
+        if (!node.is_leaf()) children.push_back(node.first);
     }
-    std::sort(inner.begin(), inner.end());
-    const bool each_once = std::adjacent_find(inner.begin(), inner.end()) == inner.end();
-    if (!each_once || next_child != nodes.size()) return bad_input("the partition is no tree");
-    if (next_subspace == 0 || next_subspace > limits::subspaces_max)
-        return bad_input("the partition has " + std::to_string(next_subspace) + " subspaces");
+    std::sort(children.begin(), children.end());
+    const bool each_once = std::adjacent_find(children.begin(), children.end()) == children.end();
+    if (!each_once || 2 * children.size() + 1 != nodes.size()) return bad_input("the partition is no tree");
     return Partition(std::move(nodes));
 }
 
-Stretch Partition::next(Vec3d origin, Vec3d direction, double from) const {
-    for (;;) {
-        Stretch stretch{none, from};
-        std::uint32_t at = 0;
-        while (nodes_[at].first != none) {
-            // The ray passes each plane at one distance, the same for the cells of both sides; at it, it is beyond.
-            std::uint32_t octant = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double middle = nodes_[at].middle[axis];
-                if (direction[axis] == 0) {
-                    octant |= static_cast<std::uint32_t>(origin[axis] >= middle) << axis;
-                    continue;
-                }
-                const double passes = (middle - origin[axis]) / direction[axis];
-                const bool beyond = from >= passes;
-                if (!beyond) stretch.leaves = std::min(stretch.leaves, passes);
-                octant |= static_cast<std::uint32_t>(beyond == (direction[axis] > 0)) << axis;
-            }
-            at = nodes_[at].first + octant;
+Stretch Partition::at(Vec3d origin, Vec3d direction, double from) const {
+    Stretch stretch{none, from};
+    const Node* node = nodes_.data();
+    while (!node->is_leaf()) {
+        const std::uint32_t axis = node->which;
+        bool upper = origin[axis] >= node->plane_m;
+        if (direction[axis] != 0) {
+            // The ray passes the plane at one distance, the same for the cells of both sides; at it, it is beyond.
+            const double passes = (node->plane_m - origin[axis]) / direction[axis];
+            const bool beyond = from >= passes;
+            if (!beyond) stretch.leaves = std::min(stretch.leaves, passes);
+            upper = beyond == (direction[axis] > 0);
         }
-        stretch.subspace = nodes_[at].subspace;
-        if (stretch.subspace != none || stretch.leaves == std::numeric_limits<double>::infinity()) return stretch;
-        from = stretch.leaves;
+        node = &nodes_[node->first + upper];
     }
+    stretch.subspace = node->which;
+    return stretch;
 }
 
 }  // namespace lumenfarm

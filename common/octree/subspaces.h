@@ -11,27 +11,26 @@
 /// Space cut into the units of the object-space strategy (docs/subspaces.md).
 namespace lumenfarm {
 
-/// A cell of the weighted octree whose particles one worker traces at a time.
+/// A box whose particles one worker traces at a time.
 struct Subspace {
-    OctreeCell cell;
-    Box box;            ///< [m]; for rays, the outermost cells reach to infinity
-    double weight = 0;  ///< > 0
+    Box box;            ///< [m]; for rays, the outermost boxes reach to infinity
+    double weight = 0;  ///< of the octree's leaves in it, those at its bounds in part
 };
 
 /// Subspaces of near-equal weight, and where they lie.
 class Subspaces {
 public:
-    /// Splits the heaviest cell until there are as many non-empty cells as they can be without being more than `count`.
-    /// Errors: bad_input (count is 0, or more than the octree has non-empty leaves).
+    /// Cuts the root across its longest edge so that the halves have the weights of their shares of `count`, and so
+    /// each half, down to boxes of one share. A leaf's weight counts as spread evenly in it. Errors: bad_input (count
+    /// is 0, or more than the octree has non-empty leaves).
     static Result<Subspaces> cut(const WeightedOctree& weighted, std::uint32_t count);
     /// The largest count that cut() takes.
     static std::uint64_t most(const WeightedOctree& weighted);
 
     std::span<const Subspace> all() const { return subspaces_; }
     const Partition& partition() const { return partition_; }
-    /// For each subspace the triangles that come within `margin_m` of it, and few others, in ascending order. A cell
-    /// that the octree counts as filled may have none: its triangles miss it by no more than rounding. REQUIRES: the
-    /// octree was made from this scene.
+    /// For each subspace the triangles that come within `margin_m` of it, and few others, in ascending order. There may
+    /// be none. REQUIRES: the octree was made from this scene.
     std::vector<std::vector<std::uint32_t>> triangles(const Scene& scene, double margin_m) const;
 
 private:

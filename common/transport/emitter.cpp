@@ -42,7 +42,7 @@ void Emitter::emit(std::uint64_t seed, const ParticleRange& range, std::vector<D
         flight.particle = static_cast<std::uint32_t>(particle);
         flight.wavelength = launched.wavelength[lane];
         flight.energy = flight.start_energy = energy;
-        depart(flight, partition_.next(flight.origin, flight.direction, 0), departures, balance);
+        depart(flight, partition_.at(flight.origin, flight.direction, 0), departures, balance);
     }
 }
 

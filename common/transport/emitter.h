@@ -20,7 +20,7 @@ public:
     /// `palette`: of the scene; `extent`: of the whole. REQUIRES: the references outlive this.
     Emitter(const ScenePart& palette, const Emission& emission, const Partition& partition, const SceneExtent& extent);
 
-    /// Appends the particles of the range, and books what they emit, and what misses everything.
+    /// Appends the particles of the range, and books what they emit.
     void emit(std::uint64_t seed, const ParticleRange& range, std::vector<Departure>& departures,
               EnergyBalance& balance) const;
 

@@ -5,8 +5,11 @@
 #include "common/transport/ray_log.h"
 #include "common/transport/ray_query.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 /// Many particles at once, from where they start to where they end or leave.
 namespace lumenfarm {
@@ -34,6 +37,33 @@ private:
     std::uint64_t end_;
     LaunchLanes launched_;
     std::uint64_t block_ = ~std::uint64_t{0};  ///< the first particle of launched_
+};
+
+/// Flights in turn, from where they are.
+class Arrivals {
+public:
+    /// `numbers`: of the query's triangles in the whole scene, ascending; null when these are all of them.
+    Arrivals(std::span<const Flight> flights, const std::vector<std::uint32_t>* numbers)
+        : flights_(flights), numbers_(numbers) {}
+
+    bool is_empty() const { return next_ == flights_.size(); }
+    double start_next(Flights& flights, std::size_t lane, EnergyBalance&) {
+        Flight flight = flights_[next_++];
+        if (numbers_) flight.from_triangle = number_here(flight.from_triangle);
+        flights.set(lane, flight);
+        return flight.travelled_m;
+    }
+
+private:
+    /// A triangle that is not here will not be met here either.
+    std::uint32_t number_here(std::uint32_t triangle) const {
+        const auto at = std::lower_bound(numbers_->begin(), numbers_->end(), triangle);
+        return at != numbers_->end() && *at == triangle ? static_cast<std::uint32_t>(at - numbers_->begin()) : none;
+    }
+
+    std::span<const Flight> flights_;
+    const std::vector<std::uint32_t>* numbers_;
+    std::size_t next_ = 0;
 };
 
 /// Where particles are followed: as long as they live.

@@ -12,32 +12,6 @@
 namespace lumenfarm {
 namespace {
 
-/// Flights in turn.
-class Arrivals {
-public:
-    Arrivals(const ScenePart& part, std::span<const Flight> flights) : part_(part), flights_(flights) {}
-
-    bool is_empty() const { return next_ == flights_.size(); }
-    double start_next(Flights& flights, std::size_t lane, EnergyBalance&) {
-        Flight flight = flights_[next_++];
-        flight.from_triangle = number_here(flight.from_triangle);
-        flights.set(lane, flight);
-        return flight.travelled_m;
-    }
-
-private:
-    /// A triangle that is not here will not be met here either.
-    std::uint32_t number_here(std::uint32_t triangle) const {
-        const auto at = std::lower_bound(part_.numbers.begin(), part_.numbers.end(), triangle);
-        return at != part_.numbers.end() && *at == triangle ? static_cast<std::uint32_t>(at - part_.numbers.begin())
-                                                            : none;
-    }
-
-    const ScenePart& part_;
-    std::span<const Flight> flights_;
-    std::size_t next_ = 0;
-};
-
 /// Particles are followed as long as they are in it.
 class OneSubspace {
 public:
@@ -71,7 +45,7 @@ public:
 
 private:
     Stretch stretch_of(const Flights& flights, std::size_t lane, double from) const {
-        return partition_.next(flights.rays.origin.at(lane), flights.rays.direction.at(lane), from);
+        return partition_.at(flights.rays.origin.at(lane), flights.rays.direction.at(lane), from);
     }
     void hand_over(const Flights& flights, std::size_t lane, const Stretch& next, EnergyBalance& balance) {
         Flight flight = flights.at(lane);
@@ -97,7 +71,7 @@ public:
     void trace(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights, const Partition& partition,
                std::uint32_t subspace, TracedHits& hits, std::vector<Departure>& departures) const override {
         const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, light);
-        Arrivals arrivals(part_, flights);
+        Arrivals arrivals(flights, &part_.numbers);
         OneSubspace region(part_, partition, subspace, departures);
         const std::size_t before = hits.records.size();
         if (wide_registers_)

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::uint64_t plan_magic = 0x004e414c5053464cull;  ///< "LFSPLAN\0"
 constexpr std::uint64_t part_magic = 0x005452415053464cull;  ///< "LFSPART\0"
-constexpr std::uint32_t version = 1;
-static_assert(sizeof(Partition::Node) == 32);
+constexpr std::uint32_t version = 2;
+static_assert(sizeof(Partition::Node) == 16);
 
 Error damaged(const std::string& what) { return bad_input("the " + what + " is truncated or damaged"); }
 
@@ -59,6 +59,8 @@ Result<void> check(const ScenePlan& plan) {
         !(extent.half_m <= 2 * limits::coordinate_max_m))
         return damaged("extent");
     if (auto good = check_surfaces(plan); !good) return good;
+    if (plan.whole.bytes > limits::scene_bytes_max || plan.whole.triangles != plan.first_triangle.back())
+        return damaged("name of the scene");
     if (plan.parts.size() != plan.partition.subspaces()) return damaged("list of parts");
     for (const PartFile& part : plan.parts)
         if (part.bytes > limits::scene_bytes_max || part.triangles > plan.first_triangle.back())
@@ -68,6 +70,20 @@ Result<void> check(const ScenePlan& plan) {
                                      !std::all_of(plan.texel_rows.begin(), plan.texel_rows.end(), possible)))
         return damaged("list of texels");
     return {};
+}
+
+void write(ByteWriter& out, const PartFile& part) {
+    for (const std::uint8_t byte : part.file.bytes) out.value(byte);
+    out.value(part.bytes);
+    out.value(part.triangles);
+}
+
+PartFile read_file_name(ByteReader& in) {
+    PartFile part;
+    for (std::uint8_t& byte : part.file.bytes) byte = in.value<std::uint8_t>();
+    part.bytes = in.value<std::uint64_t>();
+    part.triangles = in.value<std::uint32_t>();
+    return part;
 }
 
 }  // namespace
@@ -82,12 +98,9 @@ std::vector<std::byte> encode_plan(const ScenePlan& plan) {
     out.value(plan.extent.half_m);
     out.block<std::uint32_t>(plan.first_triangle);
     out.block<Partition::Node>(plan.partition.nodes());
+    write(out, plan.whole);
     out.value(static_cast<std::uint64_t>(plan.parts.size()));
-    for (const PartFile& part : plan.parts) {
-        for (const std::uint8_t byte : part.file.bytes) out.value(byte);
-        out.value(part.bytes);
-        out.value(part.triangles);
-    }
+    for (const PartFile& part : plan.parts) write(out, part);
     out.block<std::uint16_t>(plan.texel_rows);
     return out.take();
 }
@@ -103,17 +116,13 @@ Result<ScenePlan> decode_plan(std::span<const std::byte> bytes) {
     for (std::size_t axis = 0; axis < 3; ++axis) plan.extent.centre[axis] = in.value<double>();
     plan.extent.half_m = in.value<double>();
     plan.first_triangle = in.block<std::uint32_t>(limits::surfaces_max + 1);
-    auto partition = Partition::check(in.block<Partition::Node>(limits::octree_nodes_max));
+    auto partition = Partition::check(in.block<Partition::Node>(2 * limits::subspaces_max - 1));
     if (!in.good()) return damaged("plan of the scene");
     if (!partition) return partition.error();
     plan.partition = std::move(*partition);
+    plan.whole = read_file_name(in);
     const auto parts = in.value<std::uint64_t>();
-    for (std::uint64_t i = 0; i < parts && in.good(); ++i) {
-        PartFile& part = plan.parts.emplace_back();
-        for (std::uint8_t& byte : part.file.bytes) byte = in.value<std::uint8_t>();
-        part.bytes = in.value<std::uint64_t>();
-        part.triangles = in.value<std::uint32_t>();
-    }
+    for (std::uint64_t i = 0; i < parts && in.good(); ++i) plan.parts.push_back(read_file_name(in));
     plan.texel_rows = in.block<std::uint16_t>(limits::triangles_max);
     if (!in.good() || in.remaining() != 0) return damaged("plan of the scene");
     if (const auto good = check(plan); !good) return good.error();

@@ -14,7 +14,7 @@
 /// part a file. The bytes of both: docs/subspaces.md.
 namespace lumenfarm {
 
-/// Of a subspace's triangles.
+/// Of a subspace's triangles, or of the compiled scene.
 struct PartFile {
     Digest file;
     std::uint64_t bytes = 0;
@@ -27,6 +27,7 @@ struct ScenePlan {
     SceneExtent extent;                         ///< of the whole scene
     std::vector<std::uint32_t> first_triangle;  ///< of each surface in the whole scene, and behind the last
     Partition partition;
+    PartFile whole;                         ///< the compiled scene, for whoever has memory for all of it
     std::vector<PartFile> parts;            ///< by subspace
     std::vector<std::uint16_t> texel_rows;  ///< of each triangle of the whole scene (TexelLayout), or none
     bool operator==(const ScenePlan&) const = default;

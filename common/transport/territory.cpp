@@ -5,8 +5,24 @@
 
 namespace lumenfarm {
 
+void Territory::emit(const JobSpec& spec, const ParticleRange& range, const Emitter& emitter, TracedHits& hits,
+                     std::vector<Departure>& departures) const {
+    if (whole_) return whole_->trace(spec, range, hits);
+    std::vector<Departure> emitted;
+    emitter.emit(spec.seed, range, emitted, hits.balance);
+    trace_parts(spec, range.source, emitted, hits, departures);
+}
+
 void Territory::trace(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals,
                       TracedHits& hits, std::vector<Departure>& departures) const {
+    if (!whole_) return trace_parts(spec, light, arrivals, hits, departures);
+    std::vector<Flight> flights;
+    for (const Departure& each : arrivals) flights.push_back(each.flight);
+    whole_->follow(spec, light, flights, hits);
+}
+
+void Territory::trace_parts(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals,
+                            TracedHits& hits, std::vector<Departure>& departures) const {
     std::vector<std::vector<Flight>> waiting(parts_.size());
     const auto file = [&](const std::vector<Departure>& moving) {
         for (const Departure& each : moving)

@@ -3,6 +3,7 @@
 #include "common/octree/partition.h"
 #include "common/scene/job_spec.h"
 #include "common/transport/departure.h"
+#include "common/transport/emitter.h"
 #include "common/transport/part_tracer.h"
 #include "common/transport/tracer.h"
 
@@ -16,19 +17,28 @@ namespace lumenfarm {
 /// hits of all workers together are the same.
 class Territory {
 public:
+    /// All of them, over one hierarchy: particles need not be asked for in each subspace that their rays pass.
+    explicit Territory(std::shared_ptr<const TracerScene> whole) : whole_(std::move(whole)) {}
     /// By subspace; null where the triangles are not at hand. REQUIRES: one for each, `partition` outlives this.
     Territory(const Partition& partition, std::vector<std::shared_ptr<const PartTracer>> parts)
         : partition_(&partition), parts_(std::move(parts)) {}
 
-    bool holds(std::uint32_t subspace) const { return parts_[subspace] != nullptr; }
+    bool holds(std::uint32_t subspace) const { return whole_ || parts_[subspace]; }
 
+    /// Lets particles leave their light, and follows them as trace() does. `emitter`: of the same scene.
+    void emit(const JobSpec& spec, const ParticleRange& range, const Emitter& emitter, TracedHits& hits,
+              std::vector<Departure>& departures) const;
     /// Follows particles of one light until they end, and appends to `departures` those that go on elsewhere.
     /// Otherwise as PartTracer::trace.
     void trace(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, TracedHits& hits,
                std::vector<Departure>& departures) const;
 
 private:
-    const Partition* partition_;
+    void trace_parts(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, TracedHits& hits,
+                     std::vector<Departure>& departures) const;
+
+    std::shared_ptr<const TracerScene> whole_;
+    const Partition* partition_ = nullptr;
     std::vector<std::shared_ptr<const PartTracer>> parts_;
 };
 

@@ -23,6 +23,8 @@ public:
     const Emission& emission() const override { return emission_; }
     std::string isa() const override { return query_->isa(); }
     const RayQuery& query() const override { return *query_; }
+    void follow(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights,
+                TracedHits& hits) const override;
     void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const override;
     Meeting meet(Vec3d origin, Vec3d direction, std::uint32_t from_triangle) const override;
 
@@ -30,6 +32,8 @@ private:
     void trace_range(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const;
     void trace_avx2(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const;
     void trace_baseline(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const;
+    void follow_avx2(const PathRules& rules, Arrivals& arrivals, TracedHits& hits) const;
+    void follow_baseline(const PathRules& rules, Arrivals& arrivals, TracedHits& hits) const;
 
     const bool wide_registers_ = has_wide_registers();
     const Scene* scene_;
@@ -51,7 +55,7 @@ inline void Tracer::trace_range(const JobSpec& spec, const ParticleRange& range,
     const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, range.source);
     Queue queue(launcher, rules, range);
     WholeScene everywhere;
-    follow(*query_, rules, queue, everywhere, hits, log);
+    lumenfarm::follow(*query_, rules, queue, everywhere, hits, log);
 }
 
 [[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void Tracer::trace_avx2(const JobSpec& spec, const ParticleRange& range,
@@ -69,6 +73,26 @@ void Tracer::trace(const JobSpec& spec, const ParticleRange& range, TracedHits& 
         trace_avx2(spec, range, hits, log);
     else
         trace_baseline(spec, range, hits, log);
+}
+
+[[gnu::target("avx2,bmi,bmi2"), gnu::flatten]] void Tracer::follow_avx2(const PathRules& rules, Arrivals& arrivals,
+                                                                        TracedHits& hits) const {
+    WholeScene everywhere;
+    lumenfarm::follow(*query_, rules, arrivals, everywhere, hits, nullptr);
+}
+
+[[gnu::flatten]] void Tracer::follow_baseline(const PathRules& rules, Arrivals& arrivals, TracedHits& hits) const {
+    WholeScene everywhere;
+    lumenfarm::follow(*query_, rules, arrivals, everywhere, hits, nullptr);
+}
+
+void Tracer::follow(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights, TracedHits& hits) const {
+    const PathRules rules(materials_, query_->triangles(), surface_materials_, spec, light);
+    Arrivals arrivals(flights, nullptr);
+    if (wide_registers_)
+        follow_avx2(rules, arrivals, hits);
+    else
+        follow_baseline(rules, arrivals, hits);
 }
 
 TracerScene::Meeting Tracer::meet(Vec3d origin, Vec3d direction, std::uint32_t from_triangle) const {

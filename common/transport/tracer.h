@@ -4,12 +4,14 @@
 #include "common/scene/scene.h"
 #include "common/support/result.h"
 #include "common/transport/emission.h"
+#include "common/transport/flight.h"
 #include "common/transport/hit.h"
 
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -79,6 +81,11 @@ public:
     /// `log`, where given, receives every ray that was traced.
     virtual void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits,
                        RayLog* log = nullptr) const = 0;
+    /// Follows particles that have left their light to their end, and appends to `hits`. What they carry in is
+    /// absorbed, escapes or is cut off, to the tick; the balance leaves out particles and what they emitted. REQUIRES:
+    /// validate(spec); flights of this light.
+    virtual void follow(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights,
+                        TracedHits& hits) const = 0;
     virtual const RayQuery& query() const = 0;
 
     /// The first surface that a ray meets, for cameras and probes. Double precision, the same bits everywhere.

@@ -32,6 +32,10 @@ public:
         return honest_->meet(origin, direction, from_triangle);
     }
 
+    void follow(const JobSpec& spec, std::uint32_t light, std::span<const Flight> flights,
+                TracedHits& hits) const override {
+        honest_->follow(spec, light, flights, hits);
+    }
     void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog* log) const override {
         thread_local std::mt19937_64 random{std::random_device{}()};
         const std::size_t before = hits.records.size();

@@ -17,7 +17,7 @@ namespace {
 class CrashingFarm : public Farm {
 protected:
     /// Memory for a part of the subspaces of this scene only, beside its light maps, which take some 5 MB.
-    const std::vector<std::string> few_subspaces{"--memory-limit", "104MB"};
+    const std::vector<std::string> few_subspaces{"--memory-limit", "104MB", "--parts-only"};
 
     static int kills() {
         const char* wanted = std::getenv("LUMENFARM_TEST_KILLS");

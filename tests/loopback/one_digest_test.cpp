@@ -27,7 +27,7 @@ constexpr Way ways[] = {{Packing::records, 1'000}, {Packing::records, 50'000}, {
 
 std::string describe(const EmbeddedFarm::Options& farm, const Way& way) {
     return std::to_string(farm.workers) + " workers of " + std::to_string(farm.threads) + " threads, " + farm.isa +
-           ", sets of " + std::to_string(way.particles_per_set) +
+           (farm.parts_only ? ", parts only" : "") + ", sets of " + std::to_string(way.particles_per_set) +
            (way.packing == Packing::maps ? ", maps" : ", records") +
            (way.subspaces > 0 ? ", subspaces " + std::to_string(way.subspaces) : "");
 }
@@ -86,7 +86,7 @@ TEST_P(OneDigest, WhateverTheWorkersThreadsSetsPackingAndInstructions) {
     for (const std::string isa : {"sse4.2", "avx2", "avx512"})
         for (const std::uint32_t workers : {1u, 2u, 3u})
             for (const std::uint32_t threads : {1u, 2u})
-                if (runs(isa)) run({workers, threads, isa});
+                if (runs(isa)) run({workers, threads, isa, 0, (workers + threads) % 2 == 0});
     EXPECT_EQ(digests_.size(), 1u);
 }
 

@@ -47,33 +47,65 @@ private:
     std::minstd_rand random_{7};
 };
 
-TEST(Subspaces, AreAsManyAsAskedForWhereCellsSplitInEight) {
-    const WeightedOctree weighted = weigh(soup(20'000, 10, 0.3f, {}, 5));
-    for (const std::uint32_t count : {1u, 8u, 64u, 512u}) {
-        const Subspaces subspaces = Subspaces::cut(weighted, count).value();
-        EXPECT_EQ(subspaces.all().size(), count);
-        double weight = 0;
-        for (const Subspace& subspace : subspaces.all()) {
-            EXPECT_GT(subspace.weight, 0);
-            EXPECT_EQ(subspace.weight, weighted.weight(subspace.cell.node));
-            weight += subspace.weight;
-        }
-        EXPECT_DOUBLE_EQ(weight, weighted.total_weight());
+double most_over_mean(const Subspaces& subspaces) {
+    double most = 0, sum = 0;
+    for (const Subspace& subspace : subspaces.all()) {
+        most = std::max(most, subspace.weight);
+        sum += subspace.weight;
     }
-    EXPECT_EQ(Subspaces::cut(weighted, 14).value().all().size(), 8u) << "15 would be the next";
+    return most * static_cast<double>(subspaces.all().size()) / sum;
 }
 
-TEST(Subspaces, SplitsTheHeaviest) {
-    // one octant holds nearly everything: it is split again and again
+TEST(Subspaces, AreAsManyAsAskedForAndWeighAlike) {
+    const WeightedOctree weighted = weigh(soup(20'000, 10, 0.3f, {}, 5));
+    for (const std::uint32_t count : {1u, 2u, 3u, 8u, 14u, 64u, 500u}) {
+        const Subspaces subspaces = Subspaces::cut(weighted, count).value();
+        EXPECT_EQ(subspaces.all().size(), count);
+        EXPECT_EQ(subspaces.partition().subspaces(), count);
+        EXPECT_TRUE(Partition::check({subspaces.partition().nodes().begin(), subspaces.partition().nodes().end()}));
+        double weight = 0, volume_m3 = 0;
+        for (const auto& [box, its_weight] : subspaces.all()) {
+            weight += its_weight;
+            const Vec3d size = box.high - box.low;
+            volume_m3 += size.x * size.y * size.z;
+        }
+        EXPECT_NEAR(weight, weighted.total_weight(), 1e-9 * weighted.total_weight());
+        const Box root = weighted.octree().box(Octree::root());
+        EXPECT_NEAR(volume_m3, std::pow(root.high.x - root.low.x, 3), 1e-9 * volume_m3) << "they fill the root";
+        EXPECT_LT(most_over_mean(subspaces), 1 + 1e-6) << count;
+    }
+}
+
+TEST(Subspaces, WeighAlikeWhereAllDetailIsInOneCorner) {
     Scene scene = soup(20'000, 1, 0.05f, {-4, -4, -4}, 6);
     for (unsigned octant = 0; octant < 8; ++octant) {
         const Vec3f at{octant & 1 ? 5.f : -5.f, octant & 2 ? 5.f : -5.f, octant & 4 ? 5.f : -5.f};
         add_triangle(scene, at, at + Vec3f{0.2f, 0, 0}, at + Vec3f{0, 0.2f, 0.1f});
     }
-    const WeightedOctree weighted = weigh(scene);
-    const Subspaces subspaces = Subspaces::cut(weighted, 100).value();
-    const auto heaviest = std::ranges::max(subspaces.all(), {}, &Subspace::weight).weight;
-    EXPECT_LT(heaviest, weighted.total_weight() / 20);
+    EXPECT_LT(most_over_mean(Subspaces::cut(weigh(scene), 100).value()), 1 + 1e-6);
+}
+
+TEST(Partition, TakesForeignNodesOnlyWhereTheyAreATree) {
+    using Node = Partition::Node;
+    constexpr double nowhere = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<Node> three{{0.5, 1, 0}, {0, none, 0}, {0.25, 3, 2}, {0, none, 1}, {0, none, 2}};
+    ASSERT_TRUE(Partition::check(three));
+    EXPECT_EQ(Partition::check(three).value().subspaces(), 3u);
+    EXPECT_FALSE(Partition::check({})) << "nothing";
+    const auto refused = [&](std::size_t node, const Node& other) {
+        std::vector<Node> nodes = three;
+        nodes[node] = other;
+        return !Partition::check(nodes);
+    };
+    EXPECT_TRUE(refused(2, {0.25, 1, 2})) << "two parents of one child";
+    EXPECT_TRUE(refused(0, {0.5, 0, 0})) << "its own child";
+    EXPECT_TRUE(refused(0, {0.5, 2, 0})) << "halves out of step";
+    EXPECT_TRUE(refused(2, {0.25, 5, 2})) << "children beyond the end";
+    EXPECT_TRUE(refused(2, {0.25, 3, 3})) << "no axis";
+    EXPECT_TRUE(refused(2, {nowhere, 3, 2}));
+    EXPECT_TRUE(refused(2, {1e300, 3, 2}));
+    EXPECT_TRUE(refused(3, {0, none, 2})) << "a subspace twice";
+    EXPECT_TRUE(refused(2, {0, none, 1})) << "nodes that nobody has";
 }
 
 TEST(Subspaces, RefusesCountsThatTheOctreeCannotGive) {
@@ -97,7 +129,7 @@ TEST(Subspaces, StretchesOfARayFollowEachOtherInsideTheirCells) {
     std::size_t stretches = 0;
     for (int i = 0; i < 20'000; ++i) {
         const auto [origin, direction] = rays.next();
-        for (Stretch at = subspaces.partition().next(origin, direction, 0); at.subspace != none; ++stretches) {
+        for (Stretch at = subspaces.partition().at(origin, direction, 0);; ++stretches) {
             ASSERT_GT(at.leaves, at.enters);
             if (at.leaves == endless) break;
             const Box& box = subspaces.all()[at.subspace].box;
@@ -111,8 +143,8 @@ TEST(Subspaces, StretchesOfARayFollowEachOtherInsideTheirCells) {
                     ASSERT_TRUE(middle[axis] >= box.low[axis] - slack && middle[axis] <= box.high[axis] + slack);
             }
             const double left = at.leaves;
-            at = subspaces.partition().next(origin, direction, left);
-            ASSERT_GE(at.enters, left);
+            at = subspaces.partition().at(origin, direction, left);
+            ASSERT_EQ(at.enters, left);
         }
     }
     EXPECT_GT(stretches, 50'000u);
@@ -151,7 +183,7 @@ TEST(Subspaces, HoldTheTrianglesThatRaysMeetInThem) {
             const auto distance = distance_to(scene, t, origin, direction);
             if (!distance || *distance < 0) continue;
             ++meetings;
-            const std::uint32_t subspace = subspaces.partition().next(origin, direction, *distance).subspace;
+            const std::uint32_t subspace = subspaces.partition().at(origin, direction, *distance).subspace;
             ASSERT_NE(subspace, none);
             ASSERT_TRUE(std::ranges::binary_search(filed[subspace], t)) << i << " triangle " << t;
         }

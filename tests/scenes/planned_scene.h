@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/octree/subspaces.h"
+#include "common/scene/scene_file.h"
 #include "common/transport/scene_plan.h"
 #include "tests/scenes/scene_builder.h"
 
@@ -20,6 +21,8 @@ struct PlannedScene {
         plan.partition = subspaces.partition();
         for (const Surface& surface : scene.surfaces) plan.first_triangle.push_back(surface.first_triangle);
         plan.first_triangle.push_back(static_cast<std::uint32_t>(scene.triangles.size()));
+        const auto scene_bytes = encode_scene(scene);
+        plan.whole = {scene_digest(scene_bytes), scene_bytes.size(), plan.first_triangle.back()};
         plan.texel_rows.assign(scene.triangles.size(), 3);
         const auto triangles = subspaces.triangles(scene, part_margin_m(plan.extent));
         for (const auto& of_subspace : triangles) {

@@ -24,6 +24,9 @@ public:
         std::abort();
     }
 
+    void follow(const JobSpec&, std::uint32_t, std::span<const Flight>, TracedHits&) const override {
+        ensure(false, "the fake tracer follows particles from their lights only");
+    }
     void trace(const JobSpec& spec, const ParticleRange& range, TracedHits& hits, RayLog*) const override {
         for (std::uint64_t i = range.first; i < range.first + range.count; ++i) trace_one(spec, range.source, i, hits);
     }

@@ -25,7 +25,7 @@ Farm::Farm(const std::vector<ClientPlan>& clients, const FarmOptions& options)
     : options_(options), world_(options.seed), checks_(world_, clients.size()) {
     world_.network.set_latency(options.latency_s, options.latency_spike_s);
     for (std::size_t i = 0; i < options.workers; ++i)
-        workers_.emplace_back(world_, checks_, i, options.threads, options.memory_bytes);
+        workers_.emplace_back(world_, checks_, i, options.threads, options.memory_bytes, i < options.parts_only);
     for (std::size_t i = 0; i < clients.size(); ++i)
         clients_.push_back(std::make_unique<SimulatedClient>(world_, i, first_client_key + i, clients[i]));
     if (options.first_lies_one_in > 0) {

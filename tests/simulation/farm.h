@@ -27,6 +27,7 @@ struct FarmOptions {
     std::size_t workers = 3;
     std::uint32_t threads = 2;
     std::uint64_t memory_bytes = 0;                ///< of each worker; 0: no limit
+    std::size_t parts_only = 0;                    ///< so many of the workers never take a scene whole
     double slice_s_min = 0.01, slice_s_max = 0.2;  ///< of a worker's tracing
     std::uint64_t first_lies_one_in = 0;           ///< of so many slices of the first worker one is wrong; 0: none
     bool one_worker_sleeps = false;                ///< is alive, and traces nothing for a very long time

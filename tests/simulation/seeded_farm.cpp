@@ -53,6 +53,7 @@ FarmOptions random_options(Chance& chance, std::uint64_t seed) {
         options.memory_bytes = limits::worker_bytes + limits::result_bytes_in_flight + plan_bytes_max +
                                options.threads * (2 * limits::result_close_bytes + map_bytes_max) +
                                chance.number(1, 8) * (limits::part_bytes + 4 * limits::part_bytes_per_triangle);
+    options.parts_only = chance.number(0, 5);
     options.slice_s_min = magnitude(chance, 0.05, 4);
     options.slice_s_max = 3 * options.slice_s_min;
     options.one_worker_sleeps = options.workers > 1 && chance.happens(0.1);

@@ -30,6 +30,7 @@ void SimulatedWorker::start(WorkerId instance, double slice_s) {
     identity.threads = threads_;
     identity.fingerprint = fingerprint;
     identity.memory_bytes = memory_bytes_;
+    identity.parts_only = parts_only_;
     core_ = std::make_unique<worker::WorkerCore>(identity);
     slots_.clear();
     slots_.resize(threads_);
@@ -162,8 +163,8 @@ void SimulatedWorker::carry_out(worker::PrepareJob& prepare) {
 
 void SimulatedWorker::carry_out(worker::PreparePart& prepare) {
     later(0.1, [this, prepare] {
-        auto part = make_part(*prepare.part_bytes, prepare.job->plan, {});
-        carry_out(core_->on_part_prepared(prepare.key, prepare.file, std::move(part), world_.now_s()));
+        auto piece = make_piece(prepare.key.subspace, *prepare.part_bytes, prepare.job->plan, {});
+        carry_out(core_->on_part_prepared(prepare.key, prepare.file, std::move(piece), world_.now_s()));
     });
 }
 

@@ -17,8 +17,13 @@ class SimulatedWorker : public NetworkEnd {
 public:
     /// `memory_bytes`: 0 is no limit.
     SimulatedWorker(World& world, FarmChecks& checks, std::size_t index, std::uint32_t threads,
-                    std::uint64_t memory_bytes)
-        : world_(world), checks_(checks), index_(index), threads_(threads), memory_bytes_(memory_bytes) {}
+                    std::uint64_t memory_bytes, bool parts_only)
+        : world_(world),
+          checks_(checks),
+          index_(index),
+          threads_(threads),
+          memory_bytes_(memory_bytes),
+          parts_only_(parts_only) {}
 
     /// A new process; a slice of a set takes it `slice_s`. REQUIRES: none runs.
     void start(WorkerId instance, double slice_s);
@@ -73,6 +78,7 @@ private:
     std::size_t index_;
     std::uint32_t threads_;
     std::uint64_t memory_bytes_;
+    bool parts_only_;
     std::unique_ptr<worker::WorkerCore> core_;
     WorkerId instance_ = 0;
     double slice_s_ = 0;

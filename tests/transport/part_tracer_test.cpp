@@ -89,6 +89,22 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
     }
 }
 
+/// A worker that has memory for all needs no stop at the bounds of subspaces, wherever particles come from.
+TEST(PartTracer, OneWithTheWholeSceneTakesOverWhatOthersSendOn) {
+    const Scene scene = mixed_room();
+    Parts parts(scene, 64, 3);
+    parts.territories[2] = Territory(TracerScene::make(scene).value());
+    EXPECT_TRUE(parts.territories[2].holds(0));
+    for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
+        JobSpec spec;
+        spec.absorption = absorption;
+        const TracedHits whole = trace_whole(scene, spec, 20'000);
+        const TracedHits together = trace_in_parts(scene, parts, spec, 20'000);
+        EXPECT_EQ(together.balance, whole.balance);
+        EXPECT_TRUE(sorted(together) == sorted(whole));
+    }
+}
+
 TEST(PartTracer, HillsOfManyTrianglesGiveTheSameHitsInParts) {
     const Scene scene = hills_room(150);
     const TracedHits whole = trace_whole(scene, {}, 100'000);

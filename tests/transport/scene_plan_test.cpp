@@ -58,6 +58,8 @@ TEST(ScenePlan, EveryCutIsRefused) {
 TEST(ScenePlan, WhatContradictsItselfIsRefused) {
     const std::vector<std::function<void(ScenePlan&)>> spoil{
         [](ScenePlan& plan) { plan.parts.pop_back(); },
+        [](ScenePlan& plan) { plan.whole.triangles += 1; },
+        [](ScenePlan& plan) { plan.whole.bytes = ~std::uint64_t{0}; },
         [](ScenePlan& plan) { plan.first_triangle.back() += 1; },
         [](ScenePlan& plan) { plan.first_triangle[1] = 0; },
         [](ScenePlan& plan) { plan.palette.numbers[1] = 0; },

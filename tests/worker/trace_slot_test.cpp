@@ -4,6 +4,7 @@
 #include "tests/scenes/planned_scene.h"
 #include "tests/simulation/fake_tracer.h"
 #include "tests/simulation/small_scene.h"
+#include "worker/piece.h"
 
 #include <gtest/gtest.h>
 
@@ -140,8 +141,8 @@ protected:
         job_ = make_job_context({1, Digest{}, 0, spec, 0.2, 2}, nullptr, plan).value();
         for (std::uint32_t half = 0; half < 2; ++half) {
             std::vector<std::shared_ptr<const PartTracer>> parts(planned_.parts.size());
-            for (std::size_t s = half; s < parts.size(); s += 2)
-                parts[s] = make_part(planned_.part_bytes[s], plan, {}).value();
+            for (std::uint32_t s = half; s < parts.size(); s += 2)
+                parts[s] = make_piece(s, planned_.part_bytes[s], plan, {}).value().part;
             halves_.push_back(std::make_shared<const Territory>(plan->plan.partition, std::move(parts)));
         }
     }
@@ -179,6 +180,23 @@ protected:
     EnergyBalance balance_;
     std::uint64_t hits_ = 0;
 };
+
+TEST_P(SlotsInSubspaces, OneWithTheWholeSceneHasNothingToSendOn) {
+    const auto scene_bytes = encode_scene(planned_.scene);
+    const auto all = std::make_shared<const Territory>(make_piece(none, scene_bytes, job_->plan, {}).value().whole);
+    TracedHits alone;
+    TracerScene::make(planned_.scene).value()->trace(job_->spec, {1, 0, 5'000}, alone);
+    trace({1, 0, 5'000}, {}, all);
+    EXPECT_TRUE(waiting_.empty());
+    EXPECT_EQ(balance_, alone.balance);
+    EXPECT_EQ(hits_, alone.records.size());
+}
+
+TEST_P(SlotsInSubspaces, AnotherSceneIsNotThatOfThePlan) {
+    const auto other = make_piece(none, encode_scene(testing::hills_room(3)), job_->plan, {});
+    ASSERT_FALSE(other);
+    EXPECT_EQ(other.error().code, ErrorCode::bad_input);
+}
 
 TEST_P(SlotsInSubspaces, TogetherTraceWhatOneTracesAlone) {
     TracedHits alone;
