@@ -42,6 +42,15 @@ std::string last_line(std::string text) {
     return text.substr(text.rfind('\n') + 1);
 }
 
+bp::environment environment_without_options() {
+    bp::environment environment = boost::this_process::environment();
+    std::vector<std::string> options;
+    for (const auto& entry : environment)
+        if (const std::string name = entry.get_name(); name.starts_with("LUMENFARM_")) options.push_back(name);
+    for (const std::string& option : options) environment.erase(option);
+    return environment;
+}
+
 }  // namespace
 
 struct Daemon::Process {
@@ -60,13 +69,11 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const std::string& program, std::v
     if (error || !fs::exists(path, error)) return failed("there is no " + program + " beside this program");
     arguments.insert(arguments.end(), {"--config", ""});
     const auto ends_with_us = bp::extend::on_exec_setup([](auto&) { ::prctl(PR_SET_PDEATHSIG, SIGTERM); });
-    bp::environment environment = boost::this_process::environment();
-    for (auto it = environment.begin(); it != environment.end();) {
-        const std::string name = (it++)->get_name();
-        if (name.starts_with("LUMENFARM_")) environment.erase(name);
-    }
-    bp::child child(bp::exe = path.string(), bp::args = arguments, environment,
-                    bp::std_in<bp::null, bp::std_out> bp::null, bp::std_err > log.string(), ends_with_us, error);
+    const auto no_input = bp::std_in < bp::null;
+    const auto no_output = bp::std_out > bp::null;
+    const auto to_log = bp::std_err > log.string();
+    bp::child child(bp::exe = path.string(), bp::args = arguments, environment_without_options(), no_input, no_output,
+                    to_log, ends_with_us, error);
     if (error) return failed(program + " can't be started: " + error.message());
     return std::unique_ptr<Daemon>(new Daemon(std::make_unique<Process>(std::move(child)), program, log));
 }
