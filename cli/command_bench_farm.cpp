@@ -42,7 +42,7 @@ public:
         app_.add_option("--memory-limit", options_.memory_limit_bytes, "Most memory that each worker takes, e.g. 2GB")
             ->type_name("BYTES")
             ->envname(environment_name("memory-limit"))
-            ->transform(CLI::AsSizeValue(false));
+            ->transform(CLI::AsSizeValue(false).description(""));
         flag_option(app_, "--parts-only", options_.parts_only,
                     "With subspaces: workers hold the scene in parts, even where it would fit whole");
         declare_path_options(app_, options_.job);
