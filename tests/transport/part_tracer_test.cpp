@@ -74,14 +74,15 @@ TracedHits trace_whole(const Scene& scene, const JobSpec& spec, std::uint64_t pa
 
 TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
     const Scene scene = mixed_room();
-    for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
-        JobSpec spec;
-        spec.absorption = absorption;
-        const TracedHits whole = trace_whole(scene, spec, 20'000);
-        for (const auto& [count, places] : std::vector<std::pair<std::uint32_t, std::uint32_t>>{
-                 {1, 1}, {8, 1}, {8, 8}, {64, 3}, {200, 1}, {200, 200}}) {
-            const Parts parts(scene, count, places);
-            const TracedHits together = trace_in_parts(scene, parts, spec, 20'000);
+    constexpr std::uint64_t particles = 4'000;
+    for (const auto& [count, places] :
+         std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 1}, {8, 1}, {8, 8}, {64, 3}, {200, 1}, {200, 200}}) {
+        const Parts parts(scene, count, places);
+        for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
+            JobSpec spec;
+            spec.absorption = absorption;
+            const TracedHits whole = trace_whole(scene, spec, particles);
+            const TracedHits together = trace_in_parts(scene, parts, spec, particles);
             EXPECT_EQ(together.balance, whole.balance) << count;
             EXPECT_TRUE(sorted(together) == sorted(whole)) << count;
             EXPECT_TRUE(together.balance.closed());
