@@ -70,7 +70,8 @@ Result<void> check_each(const char* name, const std::vector<std::uint64_t>& valu
         if (value < 1 || value > most)
             return bad_input(std::string(name) + " has " + std::to_string(value) + "; each must be from 1 to " +
                              std::to_string(most));
-    if (values.size() > values_max) return bad_input(std::string(name) + " has more than 64 numbers");
+    if (values.size() > values_max)
+        return bad_input(std::string(name) + " has more than " + std::to_string(values_max) + " numbers");
     return {};
 }
 

@@ -54,7 +54,7 @@ bp::environment environment_without_options() {
 }  // namespace
 
 struct Daemon::Process {
-    mutable bp::child child;
+    bp::child child;
 };
 
 Daemon::Daemon(std::unique_ptr<Process> process, std::string program, fs::path log)
