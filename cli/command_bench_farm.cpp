@@ -20,6 +20,7 @@ namespace lumenfarm {
 namespace {
 
 constexpr std::uint64_t workers_max = 64;
+constexpr std::uint32_t relays_max = 16;
 constexpr std::uint32_t runs_max = 1'000;
 constexpr std::size_t values_max = 64;
 const std::vector<std::uint32_t> swept_hits{1, 100, 1'000, 5'000, 50'000};
@@ -32,6 +33,7 @@ public:
         text_option(app_, "-o,--output", output_, "Folder for the results")->type_name("DIR")->required();
         counts_option(app_, "--workers", workers_, "Numbers of workers to compare");
         counts_option(app_, "--particles", particles_, "Particles of the jobs");
+        count_option(app_, "--relays", options_.relays, "Relays between the master and all workers");
         count_option(app_, "--threads", options_.threads, "Threads of each worker");
         count_option(app_, "--runs", options_.runs, "Runs of each, taken in turn; the medians are shown");
         choice_option<bool>(app_, "--sweep", sweep_, {{"none", false}, {"hits-per-message", true}},
@@ -86,6 +88,9 @@ Result<void> FarmBenchCommand::check_options() {
     if (auto checked = check_each("particles", particles_, limits::particles_max); !checked) return checked;
     if (auto checked = check_one("threads", options_.threads, limits::threads_per_worker_max); !checked) return checked;
     if (auto checked = check_one("runs", options_.runs, runs_max); !checked) return checked;
+    if (options_.relays > relays_max)
+        return bad_input("relays is " + std::to_string(options_.relays) + "; it must be from 0 to " +
+                         std::to_string(relays_max));
     if (sweep_ && options_.job.packing == Packing::maps)
         return bad_input("packing maps sends no hits; sweep hits-per-message with packing records");
     if (sweep_) options_.job.packing = Packing::records;

@@ -127,15 +127,16 @@ std::string traffic_text(const wire::Traffic& traffic) {
 
 std::string workers_table(std::span<const wire::WorkerStatus> workers) {
     if (workers.empty()) return "no workers\n";
-    std::string text = format_line("%-24s %-21s %-9s %7s %-8s %9s %10s %6s %10s\n", "name", "address", "state",
-                                   "threads", "isa", "particles", "rate", "job", "connected");
+    std::string text = format_line("%-24s %-21s %-6s %-9s %7s %-8s %9s %10s %6s %10s\n", "name", "address", "role",
+                                   "state", "threads", "isa", "particles", "rate", "job", "connected");
     for (const auto& worker : workers) {
         const std::string job = worker.job == 0 ? "-" : std::to_string(worker.job);
-        text += format_line("%-24.24s %-21.21s %-9s %7u %-8.8s %9s %10s %6s %10s\n", clean_name(worker.name).c_str(),
-                            clean_name(worker.address).c_str(), std::string(name_of(worker.state)).c_str(),
-                            worker.threads, clean_name(worker.isa).c_str(), count_of(worker.particles).c_str(),
-                            (short_count(worker.particles_per_second) + "/s").c_str(), job.c_str(),
-                            duration_text(worker.connected_seconds).c_str());
+        text +=
+            format_line("%-24.24s %-21.21s %-6s %-9s %7u %-8.8s %9s %10s %6s %10s\n", clean_name(worker.name).c_str(),
+                        clean_name(worker.address).c_str(), std::string(name_of(worker.role)).c_str(),
+                        std::string(name_of(worker.state)).c_str(), worker.threads, clean_name(worker.isa).c_str(),
+                        count_of(worker.particles).c_str(), (short_count(worker.particles_per_second) + "/s").c_str(),
+                        job.c_str(), duration_text(worker.connected_seconds).c_str());
     }
     return text;
 }
@@ -189,6 +190,7 @@ json::object worker_document(const wire::WorkerStatus& worker) {
     return {{"session", worker.session},
             {"name", worker.name},
             {"address", worker.address},
+            {"role", name_of(worker.role)},
             {"state", name_of(worker.state)},
             {"threads", worker.threads},
             {"memory_bytes", worker.memory_bytes},

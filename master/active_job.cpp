@@ -88,6 +88,26 @@ void ActiveJob::retract(Retracted left) {
     keep_threshold_ = left.keep_threshold;
 }
 
+bool ActiveJob::may_lend(const ParticleRange& range) const {
+    const auto lights = static_cast<std::uint32_t>(prepared_->particles.size());
+    return ledger_.may_lend(range) &&
+           (range.source < lights || flights_.may_lend(range.source - lights, range.first, range.count));
+}
+
+void ActiveJob::lend(const ParticleRange& range, FlightQueues::Flights flights) {
+    const auto lights = static_cast<std::uint32_t>(prepared_->particles.size());
+    ledger_.lend(range);
+    if (range.source < lights) return;
+    flights_.lend(
+        {range.source - lights, range.first, std::make_shared<const FlightQueues::Flights>(std::move(flights))});
+}
+
+void ActiveJob::withdraw(const ParticleRange& range) {
+    const auto lights = static_cast<std::uint32_t>(prepared_->particles.size());
+    for (const IntervalSet::Interval& piece : ledger_.withdraw(range))
+        if (range.source >= lights) flights_.remove(range.source - lights, piece.begin, piece.end - piece.begin);
+}
+
 void ActiveJob::file(const FlightQueues::Filed& filed) {
     flights_.add(filed);
     ledger_.grow(static_cast<std::uint32_t>(prepared_->particles.size()) + filed.subspace, filed.flights->size());

@@ -41,6 +41,13 @@ public:
     /// The worker forgets a whole result: what its leases still owe is given out again.
     void take_back(WorkerId worker, std::span<const Claim> claims);
     void retract(Retracted left);
+
+    // A relay's job, of which nothing is there but what a master above lends
+    bool may_lend(const ParticleRange& range) const;
+    /// `flights`: those of a subspace's range; none of a light's. REQUIRES: may_lend().
+    void lend(const ParticleRange& range, FlightQueues::Flights flights);
+    /// What of it has not arrived is nobody's any more.
+    void withdraw(const ParticleRange& range);
     /// Particles that were filed in subspaces.
     void file(const FlightQueues::Filed& filed);
     /// The result lasts. REQUIRES: what it brought for other subspaces was filed.

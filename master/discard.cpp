@@ -7,6 +7,7 @@ std::string_view name_of(Discard reason) {
         case Discard::unsupported_protocol: return "unsupported_protocol";
         case Discard::fingerprint_differs: return "fingerprint_differs";
         case Discard::no_threads: return "no_threads";
+        case Discard::own_upstream: return "own_upstream";
         case Discard::farm_full: return "farm_full";
         case Discard::replaced: return "replaced";
         case Discard::protocol_error: return "protocol_error";
@@ -36,6 +37,7 @@ std::string_view group_of(Discard reason) {
         case Discard::unsupported_protocol:
         case Discard::fingerprint_differs:
         case Discard::no_threads:
+        case Discard::own_upstream:
         case Discard::farm_full:
         case Discard::replaced:
         case Discard::protocol_error:

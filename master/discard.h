@@ -12,6 +12,7 @@ enum class Discard : std::uint8_t {
     unsupported_protocol,
     fingerprint_differs,
     no_threads,
+    own_upstream,  ///< a relay that was told to be its own master
     farm_full,
     replaced,        ///< by a newer session of the same worker
     protocol_error,  ///< a message that is not expected in this state

@@ -32,6 +32,20 @@ void FlightQueues::add(const Filed& filed) {
     queue.blocks.emplace(filed.first, Block{filed.flights, filed.flights->size()});
 }
 
+void FlightQueues::lend(const Filed& filed) {
+    ensure(may_lend(filed.subspace, filed.first, filed.flights->size()), "a flight is lent once");
+    Queue& queue = queues_[filed.subspace];
+    queue.filed = std::max(queue.filed, filed.first + filed.flights->size());
+    energy_ += energy_of(*filed.flights);
+    queue.blocks.emplace(filed.first, Block{filed.flights, filed.flights->size()});
+}
+
+bool FlightQueues::may_lend(std::uint32_t subspace, std::uint64_t first, std::uint64_t count) const {
+    const auto& blocks = queues_[subspace].blocks;
+    const auto after = blocks.lower_bound(first + count);
+    return after == blocks.begin() || std::prev(after)->first + std::prev(after)->second.flights->size() <= first;
+}
+
 template <class Visit>
 void FlightQueues::each(std::uint32_t subspace, std::uint64_t first, std::uint64_t count, Visit visit) const {
     const auto& blocks = queues_[subspace].blocks;

@@ -33,6 +33,10 @@ public:
     Filed file(std::uint32_t subspace, Flights flights);
     /// Keeps what others have numbered. What is missing before is gone already.
     void add(const Filed& filed);
+    /// Keeps those of any numbers. REQUIRES: may_lend().
+    void lend(const Filed& filed);
+    /// Whether nothing is here that was filed together with a flight of the range.
+    bool may_lend(std::uint32_t subspace, std::uint64_t first, std::uint64_t count) const;
     /// Numbers below are given out, to flights that are gone already.
     void skip_to(std::uint32_t subspace, std::uint64_t filed) { queues_[subspace].filed = filed; }
     /// Those have ended, or went on elsewhere. REQUIRES: they are here, each is removed once.

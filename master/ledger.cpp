@@ -190,8 +190,7 @@ std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, 
 ClaimVerdict Ledger::check_one(WorkerId worker, const Claim& claim) const {
     const ParticleRange& range = claim.range;
     if (range.source >= shares_.size() || range.count == 0) return ClaimVerdict::invalid;
-    const std::uint64_t particles = shares_[range.source].particles;
-    if (range.first >= particles || range.count > particles - range.first) return ClaimVerdict::invalid;
+    if (range.first + range.count < range.first) return ClaimVerdict::invalid;
     const Interval part = interval_of(range);
     if (committed_by_source_[range.source].overlaps(part.begin, part.end)) return ClaimVerdict::already_committed;
     if (arrived_[range.source].overlaps(part.begin, part.end)) return ClaimVerdict::being_stored;
@@ -259,6 +258,68 @@ void Ledger::restart() {
     ended_ = std::move(ended);
 }
 
+bool Ledger::may_lend(const ParticleRange& range) const {
+    if (range.source >= shares_.size()) return false;
+    const std::uint64_t end = range.first + range.count, known = shares_[range.source].particles;
+    if (is_light(range.source) && end > known) return false;
+    return range.first >= known || committed_by_source_[range.source].covers(range.first, std::min(end, known));
+}
+
+void Ledger::lend(const ParticleRange& range) {
+    ensure(may_lend(range), "particles are lent once");
+    const Interval lent = interval_of(range);
+    Share& share = shares_[range.source];
+    if (lent.end > share.particles) {
+        const Interval grown{share.particles, lent.end};
+        share.particles = share.next = lent.end;
+        part_of(particles_, range.source) += grown.end - grown.begin;
+        commit_unseen(range.source, grown);
+    }
+    arrived_[range.source].erase(lent.begin, lent.end);
+    committed_by_source_[range.source].erase(lent.begin, lent.end);
+    part_of(committed_, range.source) -= range.count;
+    take_back(range.source, lent);
+}
+
+std::vector<Interval> Ledger::withdraw(const ParticleRange& range) {
+    std::vector<LeaseId> leased;
+    for (const auto& [id, lease] : leases_)
+        if (lease.source == range.source) leased.push_back(id);
+    std::vector<Interval> withdrawn = arrived_[range.source].gaps(range.first, range.first + range.count);
+    for (const Interval& piece : withdrawn) {
+        for (const LeaseId id : leased) cut(id, piece);
+        take_away(range.source, piece);
+        lost_.remove({range.source, piece.begin, piece.end - piece.begin});
+        commit_unseen(range.source, piece);
+    }
+    return withdrawn;
+}
+
+/// What of the piece is free is no more.
+void Ledger::take_away(std::uint32_t source, const Interval& piece) {
+    Share& share = shares_[source];
+    std::vector<Interval> left;
+    std::uint64_t taken = 0;
+    for (const Interval& free : share.returned) {
+        const Interval common{std::max(free.begin, piece.begin), std::min(free.end, piece.end)};
+        if (common.begin >= common.end) {
+            left.push_back(free);
+            continue;
+        }
+        taken += common.end - common.begin;
+        if (free.begin < common.begin) left.push_back({free.begin, common.begin});
+        if (common.end < free.end) left.push_back({common.end, free.end});
+    }
+    share.returned = std::move(left);
+    set_available(source, share.available - taken);
+}
+
+void Ledger::commit_unseen(std::uint32_t source, const Interval& piece) {
+    ensure(arrived_[source].insert(piece.begin, piece.end), "what is not lent has not arrived");
+    ensure(committed_by_source_[source].insert(piece.begin, piece.end), "what is not lent is not committed");
+    part_of(committed_, source) += piece.end - piece.begin;
+}
+
 /// Removes `done` from what the lease owes; a lease that owes nothing ends.
 void Ledger::cut(LeaseId id, const Interval& done) {
     const auto found = leases_.find(id);
@@ -301,13 +362,12 @@ void Ledger::release(LeaseId id) {
     end(found);
 }
 
-/// As release(), with a note that the particles may have been what the worker was lost of.
-void Ledger::lose(LeaseId id, double now_s) {
+void Ledger::lose(LeaseId id, WorkerId worker, double now_s) {
     const auto found = leases_.find(id);
     const Lease& lease = found->second;
     if (!emits_ && is_light(lease.source)) return release(id);
     std::vector<WorkerId> lost_with = lease.lost_with;
-    lost_with.push_back(lease.worker);
+    lost_with.push_back(worker);
     for (const Interval& piece : owed_alone(lease))
         lost_.add({{lease.source, piece.begin, piece.end - piece.begin}, lost_with, lease.retries, 0}, now_s);
     if (const auto twin = leases_.find(lease.twin); twin != leases_.end()) twin->second.lost_with = lost_with;
@@ -334,10 +394,10 @@ void Ledger::shorten(WorkerId worker, double deadline_s) {
 }
 
 std::uint64_t Ledger::expire(double now_s) {
-    std::vector<LeaseId> late;
+    std::vector<std::pair<LeaseId, WorkerId>> late;
     for (const auto& [id, lease] : leases_)
-        if (lease.deadline_s <= now_s) late.push_back(id);
-    for (const LeaseId id : late) lose(id, now_s);
+        if (lease.deadline_s <= now_s) late.emplace_back(id, lease.worker);
+    for (const auto& [id, worker] : late) lose(id, worker, now_s);
     return late.size();
 }
 

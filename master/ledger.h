@@ -62,6 +62,16 @@ public:
     /// So many more are filed in a queue.
     void grow(std::uint32_t queue, std::uint64_t count);
 
+    // A relay's ledger is of particles that a master above lends. What is not lent counts as committed.
+    /// Whether nothing of the range is lent.
+    bool may_lend(const ParticleRange& range) const;
+    /// They are to be traced. Those of a queue may lie beyond all that were lent before. REQUIRES: may_lend().
+    void lend(const ParticleRange& range);
+    std::uint64_t lent() const { return particles_.in_all() - committed_.in_all(); }
+    /// Nobody is to trace any more what of the range has not arrived: leases end as far as they owe it, and it counts
+    /// as committed. Gives what that was.
+    std::vector<IntervalSet::Interval> withdraw(const ParticleRange& range);
+
     /// For whom a set is: a worker that has nothing in hand may get one that is suspected of killing workers.
     enum class Hands : bool { full, empty };
     struct NewLease {
@@ -103,6 +113,8 @@ public:
 
     /// Takes a lease back; what it owes is given out again unless its twin still has it. Unknown ids are ignored.
     void release(LeaseId id);
+    /// As release(), with a note that the particles may be what this worker was lost of. REQUIRES: the lease is held.
+    void lose(LeaseId id, WorkerId worker, double now_s);
     void release_all();
     void extend(WorkerId worker, double deadline_s);
     /// Brings the deadlines of a worker that is away down to `deadline_s`.
@@ -181,8 +193,9 @@ private:
     void end(std::map<LeaseId, Lease>::iterator lease);
     /// What of the lease nobody else owes.
     std::vector<IntervalSet::Interval> owed_alone(const Lease& lease) const;
-    void lose(LeaseId id, double now_s);
     void take_back(std::uint32_t source, const IntervalSet::Interval& piece);
+    void take_away(std::uint32_t source, const IntervalSet::Interval& piece);
+    void commit_unseen(std::uint32_t source, const IntervalSet::Interval& piece);
     void cut(LeaseId id, const IntervalSet::Interval& done);
     ClaimVerdict check_one(WorkerId worker, const Claim& claim) const;
 

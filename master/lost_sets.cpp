@@ -79,4 +79,24 @@ std::vector<LostSet> LostSets::extract_below(std::uint32_t source) {
     return extracted;
 }
 
+void LostSets::remove(const ParticleRange& range) {
+    const std::uint64_t end = range.first + range.count;
+    for (std::vector<LostSet>* sets : {&waiting_, &set_aside_}) {
+        std::vector<LostSet> left;
+        for (const LostSet& lost : *sets) {
+            const std::uint64_t lost_end = lost.range.first + lost.range.count;
+            const auto keep = [&](std::uint64_t first, std::uint64_t until) {
+                if (first >= until) return;
+                left.push_back(lost);
+                left.back().range = {lost.range.source, first, until - first};
+            };
+            const bool apart = lost.range.source != range.source || lost_end <= range.first || end <= lost.range.first;
+            keep(lost.range.first, apart ? lost_end : range.first);
+            if (apart) continue;
+            keep(end, lost_end);
+        }
+        *sets = std::move(left);
+    }
+}
+
 }  // namespace lumenfarm

@@ -40,6 +40,9 @@ public:
     /// Takes all out, waiting or set aside, that are of a source below this.
     std::vector<LostSet> extract_below(std::uint32_t source);
 
+    /// Takes out what of the range is lost.
+    void remove(const ParticleRange& range);
+
     const std::vector<LostSet>& waiting() const { return waiting_; }
     const std::vector<LostSet>& set_aside() const { return set_aside_; }
     std::uint64_t waiting_particles() const { return particles_of(waiting_); }

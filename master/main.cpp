@@ -1,5 +1,6 @@
 #include "common/service/attendant.h"
 #include "master/master_server.h"
+#include "relay/relay_server.h"
 
 #include <sys/resource.h>
 
@@ -15,12 +16,45 @@
 #include <optional>
 #include <string>
 
-/// lumenfarm-master: a MasterServer that ends on SIGTERM or SIGINT.
+/// lumenfarm-master: a MasterServer, or with --upstream a RelayServer, that ends on SIGTERM or SIGINT.
 namespace {
 
 constexpr int exit_usage = 2;
 
-void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
+struct Options {
+    lumenfarm::MasterOptions master;
+    lumenfarm::RelayOptions relay;  ///< when it has an upstream; what both have is taken from the master's
+};
+
+/// What only a master has; a relay keeps nothing.
+void declare_keeping(CLI::App& app, lumenfarm::MasterOptions& options, CLI::Option* upstream) {
+    app.add_option("--checkpoint-seconds", options.checkpoint_seconds,
+                   "between two snapshots of a job, from which a restart goes on [s]")
+        ->envname("LUMENFARM_CHECKPOINT_SECONDS")
+        ->check(CLI::Range(0.1, 86'400.0))
+        ->capture_default_str()
+        ->excludes(upstream);
+    app.add_option("--audit-fraction", options.audit_fraction,
+                   "of the results are traced again by a second worker, to find workers whose results are wrong")
+        ->envname("LUMENFARM_AUDIT_FRACTION")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str()
+        ->excludes(upstream);
+    app.add_option("--keep-days", options.keep_days, "jobs that ended longer ago are removed; 0 keeps them")
+        ->envname("LUMENFARM_KEEP_DAYS")
+        ->check(CLI::Range(0.0, 36'500.0))
+        ->capture_default_str()
+        ->excludes(upstream);
+    app.add_option("--keep-bytes", options.keep_bytes,
+                   "most bytes of solutions, beyond which the job that ended first is removed; 0: any number")
+        ->envname("LUMENFARM_KEEP_BYTES")
+        ->transform(CLI::AsSizeValue(false))
+        ->capture_default_str()
+        ->excludes(upstream);
+}
+
+void declare(CLI::App& app, Options& all) {
+    lumenfarm::MasterOptions& options = all.master;
     app.set_config("--config", "/etc/lumenfarm/master.toml", "TOML file with these options");
     app.add_option("--listen", options.listen, "HOST:PORT to listen on")
         ->envname("LUMENFARM_LISTEN")
@@ -28,6 +62,19 @@ void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
     app.add_option("--storage", options.storage, "folder of jobs, scenes and solutions")
         ->envname("LUMENFARM_STORAGE")
         ->required();
+    CLI::Option* upstream =
+        app.add_option("--upstream", all.relay.upstream,
+                       "HOST:PORT of a master to be a relay of: pull its work, let the workers of this one do it, and "
+                       "hand up what they give in sum")
+            ->envname("LUMENFARM_UPSTREAM");
+    app.add_option("--name", all.relay.name, "a relay: how its master calls it [the machine's name]")
+        ->envname("LUMENFARM_NAME");
+    app.add_option("--drain-seconds", all.relay.drain_seconds,
+                   "a relay: most time from SIGTERM to the end, to hand up what is done [s]")
+        ->envname("LUMENFARM_DRAIN_SECONDS")
+        ->check(CLI::Range(0.0, lumenfarm::limits::drain_seconds_max))
+        ->capture_default_str();
+    declare_keeping(app, options, upstream);
     app.add_flag(
            "--allow-plaintext", options.allow_plaintext,
            "listen beyond loopback though nothing is encrypted or authenticated: everybody who reaches the port may "
@@ -40,25 +87,6 @@ void declare(CLI::App& app, lumenfarm::MasterOptions& options) {
     app.add_option("--flush-seconds", options.flush_seconds, "packing maps: between two results of a thread [s]")
         ->envname("LUMENFARM_FLUSH_SECONDS")
         ->check(CLI::Range(0.05, 600.0))
-        ->capture_default_str();
-    app.add_option("--checkpoint-seconds", options.checkpoint_seconds,
-                   "between two snapshots of a job, from which a restart goes on [s]")
-        ->envname("LUMENFARM_CHECKPOINT_SECONDS")
-        ->check(CLI::Range(0.1, 86'400.0))
-        ->capture_default_str();
-    app.add_option("--audit-fraction", options.audit_fraction,
-                   "of the results are traced again by a second worker, to find workers whose results are wrong")
-        ->envname("LUMENFARM_AUDIT_FRACTION")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str();
-    app.add_option("--keep-days", options.keep_days, "jobs that ended longer ago are removed; 0 keeps them")
-        ->envname("LUMENFARM_KEEP_DAYS")
-        ->check(CLI::Range(0.0, 36'500.0))
-        ->capture_default_str();
-    app.add_option("--keep-bytes", options.keep_bytes,
-                   "most bytes of solutions, beyond which the job that ended first is removed; 0: any number")
-        ->envname("LUMENFARM_KEEP_BYTES")
-        ->transform(CLI::AsSizeValue(false))
         ->capture_default_str();
     app.add_option("--dead-seconds", options.dead_seconds,
                    "a connection that is silent for so long is closed; both sides speak three times as often [s]")
@@ -101,11 +129,56 @@ int serve(lumenfarm::MasterServer& master, const lumenfarm::EndSignals& signals)
     return failure ? lumenfarm::exit_code(*failure) : 0;
 }
 
+/// Serves until a signal drains it, a second one ends it, or the master above refuses it. Gives the exit code.
+int serve(lumenfarm::RelayServer& relay, const lumenfarm::EndSignals& signals) {
+    lumenfarm::Attendant attendant(signals, relay.threads(), [&relay] { return relay.summary(); });
+    attendant.ready();
+    bool draining = false;
+    while (!relay.ended()) {
+        const auto signal = attendant.look();
+        if (!signal) continue;
+        spdlog::info("{}{}: the relay {}", strsignal(*signal), draining ? " again" : "",
+                     draining ? "ends at once, and its work goes to others" : "hands up what is done and ends");
+        if (!draining) attendant.stopping();
+        draining ? relay.end_now() : relay.drain();
+        draining = true;
+    }
+    const auto ended = relay.wait();
+    if (!ended) std::cerr << "lumenfarm-master: " << ended.error().sentence << "\n";
+    if (ended) spdlog::info("drained: {} particles were merged", relay.particles_merged());
+    return ended ? 0 : lumenfarm::exit_code(ended.error());
+}
+
+/// Starts it and serves. Gives the exit code.
+template <class Server, class ServerOptions>
+int run(const ServerOptions& options, const std::string& what) {
+    const lumenfarm::EndSignals signals;
+    const auto server = Server::start(options);
+    if (!server) {
+        std::cerr << "lumenfarm-master: " << server.error().sentence << "\n";
+        return lumenfarm::exit_code(server.error());
+    }
+    spdlog::info("listening on {}, {}", (*server)->address(), what);
+    return serve(**server, signals);
+}
+
+lumenfarm::RelayOptions relay_of(const Options& options) {
+    lumenfarm::RelayOptions relay = options.relay;
+    relay.listen = options.master.listen;
+    relay.storage = options.master.storage;
+    relay.allow_plaintext = options.master.allow_plaintext;
+    relay.set_target_seconds = options.master.set_target_seconds;
+    relay.flush_seconds = options.master.flush_seconds;
+    relay.dead_seconds = options.master.dead_seconds;
+    relay.reconnect_seconds = options.master.reconnect_seconds;
+    return relay;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     CLI::App app("Lumenfarm's master: keeps the queue of jobs and commits what workers trace.", "lumenfarm-master");
-    lumenfarm::MasterOptions options;
+    Options options;
     declare(app, options);
     try {
         app.parse(argc, argv);
@@ -116,12 +189,7 @@ int main(int argc, char** argv) {
     }
     spdlog::set_default_logger(spdlog::stderr_color_mt("lumenfarm-master"));
     raise_descriptor_limit();
-    const lumenfarm::EndSignals signals;
-    const auto master = lumenfarm::MasterServer::start(options);
-    if (!master) {
-        std::cerr << "lumenfarm-master: " << master.error().sentence << "\n";
-        return lumenfarm::exit_code(master.error());
-    }
-    spdlog::info("listening on {}, storage '{}'", (*master)->address(), options.storage.string());
-    return serve(**master, signals);
+    if (options.relay.upstream.empty())
+        return run<lumenfarm::MasterServer>(options.master, "storage '" + options.master.storage.string() + "'");
+    return run<lumenfarm::RelayServer>(relay_of(options), "a relay of " + options.relay.upstream);
 }

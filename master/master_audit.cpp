@@ -43,7 +43,9 @@ void MasterCore::audit(const Job& job, const Storing& stored, std::uint64_t tick
                   result_fingerprint(*stored.result, threshold, policy_.audit_key));
 }
 
+/// Not to a relay, which would not give it to one worker alone.
 bool MasterCore::give_audit_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, double now_s) {
+    if (session.is_relay()) return false;
     for (Job* job : jobs) {
         const JobId id = job->record.id();
         if (has_liars(*job) || worker.declined.contains(id) || !audits_.has_set(id, session.machine())) continue;
@@ -163,7 +165,8 @@ Effects MasterCore::on_retracted(const Retract& retract, Result<Retracted> left,
 bool MasterCore::is_questioned(const Job& job) {
     std::set<MachineId> able;
     for (const auto& [id, session] : sessions_)
-        if (session.worker() && !session.worker()->declined.contains(job.record.id())) able.insert(session.machine());
+        if (session.worker() && !session.is_relay() && !session.worker()->declined.contains(job.record.id()))
+            able.insert(session.machine());
     count(Discard::audit_hopeless, audits_.drop_hopeless(job.record.id(), able));
     return audits_.pending(job.record.id()) > 0;
 }

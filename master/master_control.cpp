@@ -101,7 +101,7 @@ Result<void> MasterCore::pause(Job& job, double now_s) {
 
 /// Nothing is left but sets that would kill more workers: somebody has to look.
 void MasterCore::pause_if_stuck(Job& job, double now_s) {
-    if (job.phase != Phase::running || !job.active->ledger().only_set_aside_left()) return;
+    if (job.lent || job.phase != Phase::running || !job.active->ledger().only_set_aside_left()) return;
     if (!job.active->ledger().retry_set_aside(now_s)) (void)pause(job, now_s);
 }
 

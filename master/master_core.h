@@ -36,6 +36,8 @@ struct MasterPolicy {
     std::int64_t started_unix_seconds = 0;                 ///< when the clock of the events was 0
     std::optional<double> keep_seconds;                    ///< jobs that ended longer ago are removed
     std::optional<std::uint64_t> keep_bytes;  ///< while solutions take more, the job that ended first is removed
+    std::string upstream;        ///< of a relay: its master above, to which submitters are sent; empty: none
+    std::uint64_t instance = 0;  ///< of a relay: what it says in its own Hello
 };
 
 class MasterCore {
@@ -77,6 +79,29 @@ public:
 
     /// Ends a job and keeps what is done: outstanding results are waited for, at most limits::finish_seconds.
     Effects cancel(JobId job, double now_s);
+
+    // A relay's jobs are lent by a master above. Nothing of them is kept: StoreResult asks for their results to be
+    // handed up, StoreLeases and StoreSnapshot are to be left alone.
+    /// REQUIRES: there is no job of this number; no particle of `recovered` is lent yet.
+    Effects begin_lent(JobRecord record, RecoveredJob recovered, double now_s);
+    /// Particles to be traced, with those in flight of a subspace's range. False, and nothing changes: some of them are
+    /// here still. REQUIRES: the job is lent.
+    bool lend(JobId job, const ParticleRange& range, FlightQueues::Flights flights, std::uint64_t keep_threshold);
+    /// Nobody is to trace them any more. Results that cover some of them will be refused.
+    void withdraw(JobId job, const ParticleRange& range);
+    /// Workers hand over what they have done of the job and return the rest; they get nothing more of it.
+    Effects drain_lent(JobId job, double now_s);
+    /// It is given out again.
+    void resume_lent(JobId job);
+    Effects end_lent(JobId job, double now_s);
+    /// Of a lent job: ranges that were lost with one worker after the other.
+    std::vector<ParticleRange> set_aside(JobId job) const;
+    bool nobody_can_trace(JobId job) const;
+    /// What the workers hold of it together. REQUIRES: it has subspaces.
+    wire::PartsHeld parts_held(JobId job) const;
+    std::uint32_t worker_threads() const;
+    /// What was lent, or withdrawn, is given out now.
+    Effects settle(double now_s) { return settle_and_take(now_s); }
 
     std::optional<wire::JobStatus> status(JobId job, double now_s) const;
     std::vector<wire::WorkerStatus> workers(double now_s) const;
@@ -121,6 +146,7 @@ private:
         double end_by_s = 0;                   ///< ending: outstanding results are waited for until then
         bool resumes = false;                  ///< it goes on before others begin
         bool was_put_aside = false;            ///< in this life: no lease of before is current
+        bool lent = false;                     ///< by a master above
         bool gives_flights_up = false;         ///< cancelled, and nobody follows what is in flight
         std::optional<Digest> basis;           ///< it was over, and is to go on from this solution
         std::size_t results_on_their_way = 0;  ///< to the disk
@@ -164,6 +190,8 @@ private:
     void on(Session& session, const wire::Progress& progress, double now_s);
     void on(Session& session, const wire::ReturnLeases& returned, double now_s);
     void release_forgotten(Session& session, Job& job);
+    /// What is returned for this reason is not to be given to that worker again.
+    static bool is_refusal(wire::ReturnReason reason);
     template <class Part>
     void on_part(Session& session, Part part);
     void on(Session& session, wire::ResultDone& done, double now_s);
@@ -176,6 +204,7 @@ private:
     bool has_suspect(Worker& worker);
     bool keeps_hands_free(const Session& session, const std::vector<Job*>& jobs, double now_s);
     bool nobody_can_trace(const Job& job) const;
+    static std::uint64_t traced(const Job& job);
     Ledger::Hands hands_of(const Session& session) const;
     bool give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                   double now_s);

@@ -169,6 +169,7 @@ void MasterCore::resume_workers(Job& job, double now_s) {
 }
 
 void MasterCore::end_if_finished(Job& job, double now_s) {
+    if (job.lent) return;
     if (job.phase != Phase::running && job.phase != Phase::ending) return;
     if (job.results_on_their_way > 0) return;
     const Ledger& ledger = job.active->ledger();
@@ -298,9 +299,14 @@ void MasterCore::tell_gone(Job& job) {
     }
 }
 
+/// Particles of lights. In the ledger of a lent job those that are not lent count as committed.
+std::uint64_t MasterCore::traced(const Job& job) {
+    return job.lent ? job.active->balance().particles : job.active->ledger().committed_particles();
+}
+
 void MasterCore::sample_rate(Job& job, double now_s) const {
     auto& samples = job.committed_at;
-    samples.emplace_back(now_s, job.active->ledger().committed_particles());
+    samples.emplace_back(now_s, traced(job));
     const auto recent = std::find_if(samples.begin(), samples.end(),
                                      [&](const auto& sample) { return sample.first >= now_s - rate_window_s; });
     samples.erase(samples.begin(), recent);
@@ -323,7 +329,7 @@ wire::JobStatus MasterCore::counts_of(const Job& job, double now_s) const {
     wire::JobStatus status = job.record.status;
     if (!job.active) return status;
     const Ledger& ledger = job.active->ledger();
-    status.committed = ledger.committed_particles();
+    status.committed = traced(job);
     status.leased = ledger.leased_particles();
     if (const auto& aside = ledger.lost().set_aside(); !aside.empty()) {
         status.set_aside.clear();
@@ -338,7 +344,7 @@ wire::JobStatus MasterCore::counts_of(const Job& job, double now_s) const {
         job.committed_at.empty() ? std::pair(now_s, status.committed) : job.committed_at.front();
     if (now_s > since_s)
         status.particles_per_second = static_cast<double>(status.committed - before) / (now_s - since_s);
-    if (status.particles_per_second > 0)
+    if (status.particles_per_second > 0 && !job.lent)
         status.eta_seconds = static_cast<double>(ledger.particles() - status.committed) / status.particles_per_second;
     return status;
 }

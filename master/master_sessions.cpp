@@ -24,6 +24,11 @@ inline constexpr bool of_submitter = std::is_same_v<M, wire::Submit> || std::is_
                                      std::is_same_v<M, wire::WorkersRequest> ||
                                      std::is_same_v<M, wire::ControlRequest> || std::is_same_v<M, wire::FetchRequest>;
 
+/// A relay has no jobs of its own.
+template <class M>
+inline constexpr bool is_for_upstream =
+    std::is_same_v<M, wire::Submit> || std::is_same_v<M, wire::ControlRequest> || std::is_same_v<M, wire::FetchRequest>;
+
 }  // namespace
 
 MachineId Session::machine() const {
@@ -69,7 +74,7 @@ void MasterCore::greet(Session& session, wire::Hello hello, double now_s) {
                             std::to_string(wire::protocol_newest) + ", not " + std::to_string(hello.protocol),
                         now_s);
     session.hello = std::move(hello);
-    if (session.hello.role == wire::Role::worker) return welcome_worker(session, now_s);
+    if (wire::pulls_work(session.hello.role)) return welcome_worker(session, now_s);
     session.role = Submitter{};
     welcome(session.id);
 }
@@ -85,10 +90,13 @@ void MasterCore::welcome(SessionId session) {
 void MasterCore::welcome_worker(Session& session, double now_s) {
     using enum wire::GoodbyeReason;
     const wire::Hello& hello = session.hello;
+    if (session.is_relay() && hello.instance == policy_.instance)
+        return send_off(session.id, refused, Discard::own_upstream,
+                        "this relay is its own upstream; --upstream is to name its master", now_s);
     if (hello.fingerprint != policy_.fingerprint)
         return send_off(session.id, refused, Discard::fingerprint_differs,
                         "this worker's tracer gives other bits than the master's; install the same version", now_s);
-    if (hello.threads == 0 || hello.threads > limits::threads_per_worker_max)
+    if ((hello.threads == 0 && !session.is_relay()) || hello.threads > limits::threads_per_worker_max)
         return send_off(session.id, refused, Discard::no_threads,
                         "a worker has 1 to " + std::to_string(limits::threads_per_worker_max) + " threads, not " +
                             std::to_string(hello.threads),
@@ -131,7 +139,11 @@ void MasterCore::dispatch(Session& session, wire::Message& message, std::uint64_
             } else if constexpr (std::is_same_v<M, wire::ChunkRequest>) {
                 effects_.push_back(ServeChunk{session.id, request_id, m.file, m.index});
             } else if constexpr (of_submitter<M>) {
-                submitter ? on(session.id, request_id, std::move(m), now_s) : unexpected();
+                submitter&& is_for_upstream<M> && !policy_.upstream.empty()
+                    ? refuse(session.id, request_id, wire::RefusalReason::bad_request,
+                             "this is a relay: ask its master at " + policy_.upstream)
+                : submitter ? on(session.id, request_id, std::move(m), now_s)
+                            : unexpected();
             } else if constexpr (std::is_same_v<M, wire::Chunk>) {
                 submitter ? effects_.push_back(StoreChunk{std::move(m)}) : unexpected();
             } else if constexpr (is_part<M>) {
@@ -174,6 +186,7 @@ std::vector<wire::WorkerStatus> MasterCore::workers(double now_s) const {
         status.session = id;
         status.name = session.hello.name;
         status.address = session.address;
+        status.role = session.hello.role;
         status.threads = session.hello.threads;
         status.memory_bytes = session.hello.memory_bytes;
         status.isa = session.hello.isa;

@@ -25,7 +25,7 @@ bool MasterCore::owes_answers() const {
 void MasterCore::stop_when_answered(double now_s) {
     if (!stopped_ && owes_answers() && now_s < stop_by_s_) return;
     for (const auto& [id, job] : jobs_)
-        if (job.active && !stopped_) effects_.push_back(StoreSnapshot{id, effort_of(job, now_s), true});
+        if (job.active && !job.lent && !stopped_) effects_.push_back(StoreSnapshot{id, effort_of(job, now_s), true});
     stopped_ = true;
     while (!sessions_.empty()) {
         const SessionId session = sessions_.begin()->first;

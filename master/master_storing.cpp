@@ -139,7 +139,7 @@ void MasterCore::try_again(double now_s) {
 }
 
 void MasterCore::store_snapshot(Job& job, double now_s) {
-    if (no_space_ || now_s < job.snapshot_s + policy_.checkpoint_seconds) return;
+    if (job.lent || no_space_ || now_s < job.snapshot_s + policy_.checkpoint_seconds) return;
     job.snapshot_s = now_s;
     effects_.push_back(StoreSnapshot{job.record.id(), effort_of(job, now_s)});
 }

@@ -47,10 +47,9 @@ std::optional<std::uint32_t> MasterCore::next_source(const Job& job, const Worke
 /// has every subspace gives nothing back.
 std::uint64_t MasterCore::particles_per_set_max(const Job& job, const Session& session, std::uint32_t source) {
     const auto parts = session.worker()->parts.find(job.record.id());
-    const bool has_all =
-        parts != session.worker()->parts.end() && parts->second.held.size() == job.active->files().parts.size();
+    const bool has_all = parts != session.worker()->parts.end() && parts->second.all;
     if (has_all && source < job.active->ledger().lights()) return limits::particles_per_set_max;
-    const std::uint64_t sets = 2 * std::uint64_t{session.hello.threads};
+    const std::uint64_t sets = session.is_relay() ? limits::leases_of_relay : 2 * std::uint64_t{session.hello.threads};
     return std::clamp<std::uint64_t>(limits::flights_per_worker_max / sets, 1, limits::flights_per_message_max);
 }
 

@@ -79,6 +79,7 @@ std::string MasterCore::why_running(const Job& job, double now_s) const {
         ++connected;
         unable += worker->declined.contains(job.record.id());
     }
+    if (job.lent && ledger.lent() == 0) return name + " waits for sets of the master at " + policy_.upstream;
     if (connected == 0 && ledger.outstanding() == 0) return name + " waits for a worker: none is connected";
     if (connected == 0)
         return name + " waits for workers to come back: none is connected, and " +

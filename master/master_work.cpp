@@ -1,6 +1,7 @@
 #include "master/master_core.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 /// The master's core: giving out sets and taking results.
@@ -12,6 +13,9 @@ void MasterCore::on(Session& session, const wire::Pull& pull, double now_s) {
         return send_off(session.id, wire::GoodbyeReason::protocol_error, Discard::protocol_error,
                         "a worker states its leases before it pulls", now_s);
     worker.wanted = std::min(pull.sets, limits::leases_per_worker_max);
+    if (!session.is_relay()) return;
+    worker.threads_per_set = pull.threads_per_set;
+    session.hello.threads = pull.threads;
 }
 
 /// What a worker still holds when it comes. The master takes its other leases back; results of jobs that it names are
@@ -72,15 +76,29 @@ void MasterCore::on(Session& session, const wire::ReturnLeases& returned, double
         Ledger& ledger = job.active->ledger();
         for (const wire::LeaseRef& lease : returned.leases) {
             if (!ledger.held_by(session.instance(), lease.lease)) continue;
-            ledger.release(lease.lease);
+            // with a worker that nobody here knows, and that never comes back to be forgiven
+            const WorkerId unknown = lease.lease;
+            const bool lost = session.is_relay() && returned.reason == wire::ReturnReason::lost;
+            lost ? ledger.lose(lease.lease, unknown, now_s) : ledger.release(lease.lease);
             ++job.record.status.leases_returned;
             ++taken_back;
-            if (returned.reason != wire::ReturnReason::ending) worker.declined.insert(id);
+            if (is_refusal(returned.reason)) worker.declined.insert(id);
         }
         end_if_finished(job, now_s);
     }
     count(Discard::lease_returned, taken_back, "by " + peer_name(session.id));
 }
+
+bool MasterCore::is_refusal(wire::ReturnReason reason) {
+    return reason == wire::ReturnReason::no_scene || reason == wire::ReturnReason::tracer_failed;
+}
+
+namespace {
+
+template <class Part>
+constexpr bool only_of_maps = std::is_same_v<Part, wire::ResultMap> || std::is_same_v<Part, wire::ResultKept>;
+
+}  // namespace
 
 template <class Part>
 void MasterCore::on_part(Session& session, Part part) {
@@ -100,6 +118,9 @@ void MasterCore::on_part(Session& session, Part part) {
                staged_bytes_ + limits::frame_payload_bytes_max > limits::staged_bytes_max) {
         if (!open.blameless()) count(Discard::staging_full, 1, peer_name(session.id) + " has to send it again");
         open.refuse_blamelessly("the master has no room for the result");
+    } else if (only_of_maps<Part> && job->active->packing() == Packing::records) {
+        // the sums of so many texels may not fit the memory of a relay
+        open.refuse("sums came where hits are asked for");
     } else {
         open.add(job->record.spec, job->active->prepared(), std::move(part));
     }
@@ -115,7 +136,7 @@ void MasterCore::on(Session& session, const wire::PartsHeld& held, double) {
     Worker& worker = *session.worker();
     const Job* job = find(held.job);
     if (!job || !job->active || !worker.told.contains(held.job)) return;
-    worker.parts[held.job] = {{held.subspaces.begin(), held.subspaces.end()}, held.room_triangles};
+    worker.parts[held.job] = {{held.subspaces.begin(), held.subspaces.end()}, held.room_triangles, held.all};
 }
 
 void MasterCore::drop_open(Worker& worker) {
@@ -239,7 +260,7 @@ MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<J
     if (suspect) return suspect;
     if (!current) return fewest;
     const std::uint64_t ahead = current->active->ledger().outstanding() - fewest->active->ledger().outstanding();
-    return ahead <= session.hello.threads ? current : fewest;
+    return ahead * worker.threads_per_set <= session.hello.threads ? current : fewest;
 }
 
 bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
@@ -255,6 +276,7 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
     const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};
     std::uint64_t size = next_set_size(policy, worker.paces[job->record.id()],
                                        ledger.unleased() + ledger.lost().waiting_particles(), farm_threads);
+    size = std::min(size * worker.threads_per_set, limits::particles_per_set_max);
     std::optional<std::uint32_t> source = ledger.next_light();
     if (job->active->prepared().subspaces) {
         source = next_source(*job, worker);

@@ -16,14 +16,6 @@ namespace asio = boost::asio;
 namespace {
 
 constexpr auto tick_interval = std::chrono::milliseconds(200);
-constexpr std::size_t slow_requests_max = 8;  ///< of one connection, before its reading pauses
-
-void add(wire::Traffic& sum, const net::ConnectionCounters& connection) {
-    sum.bytes_in += connection.bytes_in;
-    sum.bytes_out += connection.bytes_out;
-    sum.messages_in += connection.messages_in;
-    sum.messages_out += connection.messages_out;
-}
 
 }  // namespace
 
@@ -37,23 +29,6 @@ double MasterServer::Running::now_s() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-Result<void> MasterServer::Running::listen(const std::string& where, bool allow_plaintext) {
-    const auto address = net::HostPort::parse(where);
-    if (!address) return address.error();
-    auto listener = net::Listener::open(
-        io_, *address, [this](asio::ip::tcp::socket socket) { accept(std::move(socket)); },
-        [this](const std::string& why) { discard(Discard::accept_failed, "nobody can connect: " + why); });
-    if (!listener) return listener.error();
-    if (!(*listener)->on_loopback() && !allow_plaintext)
-        return bad_input("'" + where +
-                         "' is reached from other machines and nothing is encrypted or authenticated there: add "
-                         "--allow-plaintext if everybody in that network may use this farm");
-    listener_ = std::move(*listener);
-    address_ = net::text_of(listener_->local());
-    port_ = listener_->local().port();
-    return {};
-}
-
 void MasterServer::Running::run(std::vector<JobRecord> records, const std::vector<std::string>& damages) {
     for (const std::string& damage : damages) discard(Discard::stored_record_damaged, damage);
     for (JobRecord& record : records) core_.restore(std::move(record));
@@ -65,14 +40,14 @@ void MasterServer::Running::stop() {
     if (!thread_.joinable()) return;
     asio::post(io_, [this] {
         stopping_ = true;
-        listener_.reset();
+        peers_.stop_listening();
         carry_out(core_.stop(now_s(), failure() ? 0 : limits::stop_seconds));
         commit(true);
         end_if_done();
     });
     thread_.join();
     storage_thread_.join();
-    for (auto& [connection, peer] : peers_) peer.connection->detach();
+    peers_.detach();
     for (auto& [id, reply] : replies_)
         reply.set_value(wire::Refusal(wire::RefusalReason::failed, "the master was stopped"));
     replies_.clear();
@@ -118,59 +93,26 @@ void MasterServer::Running::wait_for_change(double seconds) {
     changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return changes_ != seen; });
 }
 
-void MasterServer::Running::accept(asio::ip::tcp::socket socket) {
-    auto connection = net::Connection::make(std::move(socket), net::Connection::stranger(), *this);
-    const SessionId session = next_session_++;
-    peers_.emplace(connection.get(), Peer{connection, session});
-    sessions_.emplace(session, connection.get());
-    connection->start();
-    carry_out(core_.on_connect(session, connection->peer(), now_s()));
+void MasterServer::Running::on_peer(SessionId session, const std::string& address) {
+    carry_out(core_.on_connect(session, address, now_s()));
 }
 
-void MasterServer::Running::on_message(net::Connection& connection, wire::Envelope envelope) {
-    Peer& peer = peers_.at(&connection);
-    if (peer.session == 0) return;
-    if (const auto* hello = std::get_if<wire::Hello>(&envelope.message)) {
-        peer.role = hello->role;
-        spdlog::info("{} '{}' connects from {} with {} threads",
-                     hello->role == wire::Role::worker ? "worker" : "submitter", hello->name, connection.peer(),
-                     hello->threads);
-    }
-    if (std::holds_alternative<wire::StatusRequest>(envelope.message)) core_.counts().traffic = traffic();
-    asking_ = peer.session;
-    carry_out(core_.on_message(peer.session, std::move(envelope.message), envelope.request_id, now_s()));
+void MasterServer::Running::on_peer_message(SessionId session, wire::Message message, std::uint64_t request_id) {
+    if (std::holds_alternative<wire::StatusRequest>(message)) core_.counts().traffic = peers_.traffic();
+    asking_ = session;
+    carry_out(core_.on_message(session, std::move(message), request_id, now_s()));
     asking_ = 0;
 }
 
-void MasterServer::Running::on_close(net::Connection& connection, const net::Closed& closed) {
-    const auto peer = peers_.find(&connection);
-    if (peer == peers_.end()) return;
-    spdlog::info("{} is gone ({})", connection.peer(), closed.text());
+void MasterServer::Running::on_peer_gone(SessionId session) { carry_out(core_.on_disconnect(session, now_s())); }
+
+void MasterServer::Running::on_peer_closed(const net::Closed& closed) {
     core_.counts().count(closed);
-    if (peer->second.role == wire::Role::worker) add(traffic_of_closed_, connection.counters());
-    const SessionId session = peer->second.session;
-    if (session != 0) let_go(session);
-    peers_.erase(peer);
-    if (session != 0 && closed.goodbye) carry_out(core_.on_message(session, *closed.goodbye, 0, now_s()));
-    if (session != 0) carry_out(core_.on_disconnect(session, now_s()));
     end_if_done();
 }
 
-wire::Traffic MasterServer::Running::traffic() const {
-    wire::Traffic all = traffic_of_closed_;
-    for (const auto& [connection, peer] : peers_)
-        if (peer.role == wire::Role::worker) add(all, connection->counters());
-    return all;
-}
-
-MasterServer::Running::Peer* MasterServer::Running::peer_of(SessionId session) {
-    const auto found = sessions_.find(session);
-    return found == sessions_.end() ? nullptr : &peers_.at(found->second);
-}
-
-void MasterServer::Running::let_go(SessionId session) {
-    if (Peer* peer = peer_of(session)) peer->session = 0;
-    sessions_.erase(session);
+void MasterServer::Running::on_accept_failed(const std::string& why) {
+    discard(Discard::accept_failed, "nobody can connect: " + why);
 }
 
 void MasterServer::Running::carry_out(Effects effects) {
@@ -190,29 +132,7 @@ void MasterServer::Running::carry_out(Send send) {
         replies_.erase(reply);
         return;
     }
-    Peer* peer = peer_of(send.session);
-    if (!peer) return;
-    net::Connection& connection = *peer->connection;
-    if (const auto* goodbye = std::get_if<wire::Goodbye>(&send.message)) {
-        spdlog::info("goodbye to {} ({}): {}", connection.peer(), name_of(goodbye->reason), goodbye->text);
-        connection.finish(*goodbye);
-        return;
-    }
-    if (const auto* refusal = std::get_if<wire::Refusal>(&send.message))
-        spdlog::info("a request of {} is refused ({}): {}", connection.peer(), name_of(refusal->reason),
-                     refusal->sentence);
-    connection.send(send.message, send.request_id);
-    if (const auto* welcome = std::get_if<wire::Welcome>(&send.message))
-        connection.open_session(peer->role == wire::Role::worker ? wire::from_worker : wire::from_submitter, {},
-                                welcome->heartbeat_seconds, welcome->dead_seconds);
-}
-
-void MasterServer::Running::carry_out(Close close) {
-    Peer* peer = peer_of(close.session);
-    if (!peer) return;
-    const auto connection = peer->connection;
-    let_go(close.session);
-    connection->finish(wire::Goodbye(wire::GoodbyeReason::done));
+    peers_.carry_out(send);
 }
 
 template <class Work, class Then>
@@ -247,16 +167,6 @@ std::optional<Error> MasterServer::Running::failure() const {
     return failure_;
 }
 
-void MasterServer::Running::begin_slow_request(SessionId session) {
-    Peer* peer = peer_of(session);
-    if (peer && ++peer->slow_requests == slow_requests_max) peer->connection->pause_reading();
-}
-
-void MasterServer::Running::end_slow_request(SessionId session) {
-    Peer* peer = peer_of(session);
-    if (peer && peer->slow_requests-- == slow_requests_max) peer->connection->resume_reading();
-}
-
 void MasterServer::Running::carry_out(Admit admit) {
     struct Admitted {
         Result<std::vector<std::uint32_t>> missing;
@@ -278,20 +188,20 @@ void MasterServer::Running::carry_out(Admit admit) {
 
 void MasterServer::Running::carry_out(StoreChunk store) {
     const SessionId session = asking_;
-    begin_slow_request(session);
+    peers_.begin_slow_request(session);
     slowly([this, chunk = std::move(store.chunk)] { return storage_->put_chunk(chunk); },
            [this, session](const Result<void>& stored) {
                if (!stored) discard(Discard::chunk_refused, stored.error().sentence);
-               end_slow_request(session);
+               peers_.end_slow_request(session);
            });
 }
 
 template <class Serve>
 void MasterServer::Running::serve(Serve effect) {
-    begin_slow_request(effect.session);
+    peers_.begin_slow_request(effect.session);
     slowly([this, effect] { return storage_->serve(effect); },
            [this, effect](wire::Message reply) {
-               end_slow_request(effect.session);
+               peers_.end_slow_request(effect.session);
                carry_out(core_.on_served(effect.session, std::move(reply), effect.request_id, now_s()));
            });
 }

@@ -1,11 +1,10 @@
 #pragma once
 
-#include "common/net/connection.h"
-#include "common/net/listener.h"
 #include "common/service/pulse.h"
 #include "master/disk/storage_lock.h"
 #include "master/master_core.h"
 #include "master/master_server.h"
+#include "master/peer_session.h"
 #include "master/storage.h"
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -29,12 +28,14 @@
 namespace lumenfarm {
 
 /// The shell of MasterCore: one thread for all connections and the core, one for the storage.
-class MasterServer::Running : public net::ConnectionHandler {
+class MasterServer::Running : public PeerEvents {
 public:
     Running(const MasterPolicy& policy, StorageLock lock, std::unique_ptr<Disk> disk, std::unique_ptr<Storage> storage);
     ~Running() override;
 
-    Result<void> listen(const std::string& where, bool allow_plaintext);
+    Result<void> listen(const std::string& where, bool allow_plaintext) {
+        return peers_.listen(where, allow_plaintext);
+    }
     /// Takes the records over and starts the threads.
     /// `damages`: records that had to be left out.
     void run(std::vector<JobRecord> records, const std::vector<std::string>& damages);
@@ -48,8 +49,8 @@ public:
     MasterCore& core() { return core_; }
     double now_s() const;
     void carry_out(Effects effects);
-    std::uint16_t port() const { return port_; }
-    const std::string& address() const { return address_; }
+    std::uint16_t port() const { return peers_.port(); }
+    const std::string& address() const { return peers_.address(); }
     FileStore& files() { return storage_->files(); }
     /// Why the master can't go on, once that is so: it answers nobody any more and is to be stopped.
     std::optional<Error> failure() const;
@@ -58,24 +59,15 @@ public:
     /// Waits until something may have changed, at most `seconds`.
     void wait_for_change(double seconds);
 
-    void on_message(net::Connection& connection, wire::Envelope envelope) override;
-    void on_close(net::Connection& connection, const net::Closed& closed) override;
+    void on_peer(SessionId session, const std::string& address) override;
+    void on_peer_message(SessionId session, wire::Message message, std::uint64_t request_id) override;
+    void on_peer_gone(SessionId session) override;
+    void on_peer_closed(const net::Closed& closed) override;
+    void on_accept_failed(const std::string& why) override;
 
 private:
-    struct Peer {
-        std::shared_ptr<net::Connection> connection;
-        SessionId session = 0;  ///< 0: the core has let go of it
-        wire::Role role = wire::Role::submitter;
-        std::size_t slow_requests = 0;  ///< that the storage has not answered
-    };
-
-    void accept(boost::asio::ip::tcp::socket socket);
-    Peer* peer_of(SessionId session);
-    wire::Traffic traffic() const;
-    void let_go(SessionId session);
-
     void carry_out(Send send);
-    void carry_out(Close close);
+    void carry_out(Close close) { peers_.carry_out(close); }
     void carry_out(Admit admit);
     void carry_out(StoreChunk store);
     template <class Serve>
@@ -98,8 +90,6 @@ private:
     /// Runs `work` on the storage's thread and then `then(result)` here, unless the disk is broken.
     template <class Work, class Then>
     void slowly(Work work, Then then);
-    void begin_slow_request(SessionId session);
-    void end_slow_request(SessionId session);
     void tick();
     void end_if_done();
     void fail(const Error& error);
@@ -115,14 +105,7 @@ private:
     std::unique_ptr<Storage> storage_;
     CommitQueue commits_;
     MasterCore core_;
-    std::unique_ptr<net::Listener> listener_;
-    std::string address_;
-    std::uint16_t port_ = 0;
-
-    std::map<net::Connection*, Peer> peers_;
-    std::map<SessionId, net::Connection*> sessions_;
-    wire::Traffic traffic_of_closed_;
-    SessionId next_session_ = embedding_session + 1;
+    PeerSessions peers_{io_, *this};
     SessionId asking_ = 0;                                          ///< whose message is being handled
     std::map<std::uint64_t, std::promise<wire::Message>> replies_;  ///< to the embedding program
     std::uint64_t next_request_ = 1;

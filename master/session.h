@@ -23,10 +23,12 @@ struct Submitter {};
 struct Parts {
     std::set<std::uint32_t> held;
     std::uint64_t room_triangles = 0;
+    bool all = false;  ///< nothing goes on elsewhere
 };
 
 struct Worker {
-    std::uint32_t wanted = 0;       ///< sets that it has room for
+    std::uint32_t wanted = 0;  ///< sets that it has room for
+    std::uint32_t threads_per_set = 1;
     bool leases_stated = false;     ///< its first Progress has come
     std::map<LeaseId, JobId> held;  ///< leases it stated when it came
     std::set<JobId> awaited;        ///< jobs of those that do not run yet
@@ -52,6 +54,7 @@ struct Session {
     Worker* worker() { return std::get_if<Worker>(&role); }
     const Worker* worker() const { return std::get_if<Worker>(&role); }
     WorkerId instance() const { return hello.instance; }
+    bool is_relay() const { return hello.role == wire::Role::relay; }
     MachineId machine() const;  ///< of its name, and its address without the port
 };
 

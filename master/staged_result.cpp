@@ -10,9 +10,14 @@ namespace lumenfarm {
 
 namespace {
 
+/// Whether hits that add `most` each can give the sum. What is possible of two is so of their sum.
+bool within(std::uint64_t sum, std::uint64_t hits, std::uint64_t most) {
+    return sum / most + (sum % most > 0 ? 1 : 0) <= hits;
+}
+
 /// A sum over `hits` hits can't pass hits x energy_ticks_max x 2: no CIE ratio reaches 2. [law 3]
 bool possible_sum(std::int64_t sum, std::uint64_t hits) {
-    return sum >= 0 && static_cast<std::uint64_t>(sum) / (2 * limits::energy_ticks_max) <= hits;
+    return sum >= 0 && within(static_cast<std::uint64_t>(sum), hits, 2 * limits::energy_ticks_max);
 }
 
 constexpr std::uint64_t y_squared_of_a_hit_max = std::uint64_t{(2 * limits::energy_ticks_max) >> y_squared_shift} *
@@ -21,7 +26,7 @@ constexpr std::uint64_t y_squared_of_a_hit_max = std::uint64_t{(2 * limits::ener
 bool possible(const wire::TexelDelta& delta, std::uint64_t texels) {
     return delta.texel < texels && delta.hits > 0 && possible_sum(delta.radiant, delta.hits) &&
            possible_sum(delta.x, delta.hits) && possible_sum(delta.y, delta.hits) &&
-           possible_sum(delta.z, delta.hits) && delta.y_squared / y_squared_of_a_hit_max <= delta.hits;
+           possible_sum(delta.z, delta.hits) && within(delta.y_squared, delta.hits, y_squared_of_a_hit_max);
 }
 
 bool possible(const wire::SurfaceDelta& delta, std::uint64_t surfaces) {
@@ -38,20 +43,20 @@ bool possible_record(const HitRecord& record, const Scene& scene) {
 /// that were followed, from their light or in flight.
 bool possible_balance(const EnergyBalance& balance, std::uint64_t covered) {
     if (covered > limits::particles_max || balance.hits > covered * limits::bounces_max) return false;
-    const auto within = [&](std::int64_t sum, std::uint64_t events) {
+    const auto possible_energy = [](std::int64_t sum, std::uint64_t events) {
         constexpr std::int64_t most = std::int64_t{1} << 60;
         return sum >= -most && sum <= most &&
-               static_cast<std::uint64_t>(std::abs(sum)) / limits::energy_ticks_max <= events;
+               within(static_cast<std::uint64_t>(std::abs(sum)), events, limits::energy_ticks_max);
     };
     std::int64_t by_batch = 0;
     for (const std::int64_t emitted : balance.emitted_by_batch) {
-        if (emitted < 0 || !within(emitted, balance.particles)) return false;
+        if (emitted < 0 || !possible_energy(emitted, balance.particles)) return false;
         by_batch += emitted;
     }
     const std::uint64_t events = covered + balance.hits;
-    return balance.emitted == by_batch && balance.absorbed >= 0 && within(balance.absorbed, events) &&
-           balance.escaped >= 0 && within(balance.escaped, events) && within(balance.cut_off, events) &&
-           balance.bounce_limited <= covered;
+    return balance.emitted == by_batch && balance.absorbed >= 0 && possible_energy(balance.absorbed, events) &&
+           balance.escaped >= 0 && possible_energy(balance.escaped, events) &&
+           possible_energy(balance.cut_off, events) && balance.bounce_limited <= covered;
 }
 
 bool possible(const wire::FlightRecord& flight, const PreparedJob& prepared) {
@@ -168,6 +173,8 @@ Result<void> StagedResult::check(const PreparedJob& prepared, const wire::Result
     if (particles != done.balance.particles)
         return failed("the balance is of " + std::to_string(done.balance.particles) + " particles, the leases of " +
                       std::to_string(particles));
+    if (texel_hits_ > limits::hits_per_map_max)
+        return failed("a map of " + std::to_string(texel_hits_) + " hits came; it is sent before it has so many");
     const std::uint64_t texel_hits = record_hits_ + texel_hits_, surface_hits = record_hits_ + surface_hits_;
     if (texel_hits != done.balance.hits || surface_hits != done.balance.hits)
         return failed("the balance is of " + std::to_string(done.balance.hits) + " hits, the texels of " +

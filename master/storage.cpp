@@ -304,16 +304,4 @@ Result<Digest> Storage::put_scene(std::span<const std::byte> bytes) {
     return watched(files_.put(bytes));
 }
 
-wire::Message Storage::serve(const ServeManifest& serve) {
-    auto manifest = files_.manifest(serve.file);
-    if (!manifest) return wire::Refusal(wire::RefusalReason::no_such_file, manifest.error().sentence, serve.file);
-    return wire::Manifest(std::move(*manifest));
-}
-
-wire::Message Storage::serve(const ServeChunk& serve) const {
-    auto bytes = files_.chunk(serve.file, serve.index);
-    if (!bytes) return wire::Refusal(wire::RefusalReason::no_such_file, bytes.error().sentence, serve.file);
-    return wire::Chunk(serve.file, serve.index, std::move(*bytes));
-}
-
 }  // namespace lumenfarm

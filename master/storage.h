@@ -55,9 +55,10 @@ public:
     Result<void> put_chunk(const wire::Chunk& chunk);
     Result<Digest> put_scene(std::span<const std::byte> bytes);
 
-    /// The reply to a request for a file: Manifest, Chunk or Refusal.
-    wire::Message serve(const ServeManifest& serve);
-    wire::Message serve(const ServeChunk& serve) const;
+    wire::Message serve(const ServeManifest& serve) { return files_.answer(wire::ManifestRequest(serve.file)); }
+    wire::Message serve(const ServeChunk& serve) const {
+        return files_.answer(wire::ChunkRequest(serve.file, serve.index));
+    }
 
     FileStore& files() { return files_; }
     const std::optional<Error>& broken() const { return broken_; }

@@ -4,6 +4,7 @@
 #include "proto/archive.h"
 #include "proto/message_type.h"
 #include "proto/messages_file.h"
+#include "proto/messages_session.h"
 #include "proto/shared_types.h"
 
 #include <cstdint>
@@ -188,10 +189,11 @@ constexpr WorkerState enum_last(WorkerState) { return WorkerState::working; }
 
 struct WorkerStatus {
     std::uint64_t session = 0;
-    std::string name;     ///< at most limits::peer_name_bytes_max
-    std::string address;  ///< at most limits::address_bytes_max
+    std::string name;          ///< at most limits::peer_name_bytes_max
+    std::string address;       ///< at most limits::address_bytes_max
+    Role role = Role::worker;  ///< worker or relay
     WorkerState state = WorkerState::idle;
-    std::uint32_t threads = 0;
+    std::uint32_t threads = 0;  ///< of a relay: of its workers
     std::uint64_t memory_bytes = 0;
     std::string isa;              ///< at most limits::isa_bytes_max
     std::uint64_t job = 0;        ///< of its newest lease, 0 for none
@@ -207,7 +209,7 @@ struct WorkerStatus {
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
         fields(ar, session, at_most(name, limits::peer_name_bytes_max), at_most(address, limits::address_bytes_max),
-               state, threads, memory_bytes, at_most(isa, limits::isa_bytes_max), job, leases, particles,
+               role, state, threads, memory_bytes, at_most(isa, limits::isa_bytes_max), job, leases, particles,
                particles_per_second, connected_seconds, silent_seconds);
     }
 };

@@ -179,7 +179,7 @@ struct ResultDone {
 static_assert(limits::claims_per_result_max * 32 + 1'024 <= payload_bytes_max(MessageType::result_done));
 
 enum class Verdict : std::uint8_t {
-    accepted,        ///< merged, and on the master's disk: forget the result
+    accepted,        ///< merged, and on the master's disk, or a relay has added it up and owes it: forget the result
     already_merged,  ///< particles of it are merged: nothing else of it is, forget it
     stale,           ///< a lease of it is not current any more: nothing is merged, forget it
     job_gone,        ///< the job ended or was cancelled: forget it

@@ -13,17 +13,24 @@
 /// twice inside co_await expressions.
 namespace lumenfarm::wire {
 
-enum class Role : std::uint8_t { worker, submitter };
-constexpr Role enum_last(Role) { return Role::submitter; }
+enum class Role : std::uint8_t {
+    worker,
+    submitter,
+    relay,  ///< a worker whose threads are those of the workers behind it
+};
+constexpr Role enum_last(Role) { return Role::relay; }
+constexpr bool pulls_work(Role role) { return role != Role::submitter; }
+std::string_view name_of(Role role);
 
-/// worker or submitter -> master, first message, within limits::hello_seconds. Its layout is the same in every version.
+/// worker, relay or submitter -> master, first message, within limits::hello_seconds. Its layout is the same in every
+/// version.
 struct Hello {
     static constexpr auto type = MessageType::hello;
     std::uint16_t protocol = protocol_newest;  ///< the newest version that the sender speaks
     Role role = Role::worker;
     std::string name;            ///< of the machine, at most limits::peer_name_bytes_max
     std::uint64_t instance = 0;  ///< random, of the process: the same after a reconnect
-    std::uint32_t threads = 0;
+    std::uint32_t threads = 0;   ///< worker; a relay says in its Pulls how many there are
     std::uint64_t memory_bytes = 0;
     std::string isa;                ///< worker: Embree's, at most limits::isa_bytes_max
     std::uint64_t fingerprint = 0;  ///< worker: hash over a fixed small trace

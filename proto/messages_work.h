@@ -21,15 +21,24 @@ namespace lumenfarm::wire {
 struct Pull {
     static constexpr auto type = MessageType::pull;
     std::uint32_t sets = 0;  ///< at most limits::leases_per_worker_max
+    // of a relay; else 0 and 1
+    std::uint32_t threads = 0;  ///< of its workers, at most limits::threads_behind_relay_max
+    std::uint32_t threads_per_set =
+        1;  ///< a set is to keep so many of them busy; 1 to limits::threads_behind_relay_max
 
     Pull() = default;
     explicit Pull(std::uint32_t sets_) : sets(sets_) {}
+    Pull(std::uint32_t sets_, std::uint32_t threads_, std::uint32_t threads_per_set_)
+        : sets(sets_), threads(threads_), threads_per_set(threads_per_set_) {}
     bool operator==(const Pull&) const = default;
-    bool valid() const { return sets <= limits::leases_per_worker_max; }
+    bool valid() const {
+        return sets <= limits::leases_per_worker_max && threads <= limits::threads_behind_relay_max &&
+               threads_per_set > 0 && threads_per_set <= limits::threads_behind_relay_max;
+    }
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, sets);
+        fields(ar, sets, threads, threads_per_set);
     }
 };
 
@@ -102,10 +111,11 @@ struct PartsHeld {
     std::uint64_t job = 0;
     std::vector<std::uint32_t> subspaces;  ///< ascending, at most limits::subspaces_max
     std::uint64_t room_triangles = 0;      ///< for how many more there is memory
+    bool all = false;                      ///< no particle goes on elsewhere: of a relay, with any of its workers
 
     PartsHeld() = default;
-    PartsHeld(std::uint64_t job_, std::vector<std::uint32_t> subspaces_, std::uint64_t room_triangles_)
-        : job(job_), subspaces(std::move(subspaces_)), room_triangles(room_triangles_) {}
+    PartsHeld(std::uint64_t job_, std::vector<std::uint32_t> subspaces_, std::uint64_t room_triangles_, bool all_)
+        : job(job_), subspaces(std::move(subspaces_)), room_triangles(room_triangles_), all(all_) {}
     bool operator==(const PartsHeld&) const = default;
     bool valid() const {
         return std::adjacent_find(subspaces.begin(), subspaces.end(), std::greater_equal<>()) == subspaces.end() &&
@@ -114,7 +124,7 @@ struct PartsHeld {
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, job, block(subspaces, limits::subspaces_max), room_triangles);
+        fields(ar, job, block(subspaces, limits::subspaces_max), room_triangles, all);
     }
 };
 static_assert(limits::subspaces_max * 4 + 256 <= payload_bytes_max(MessageType::parts_held));
@@ -153,8 +163,9 @@ enum class ReturnReason : std::uint8_t {
     ending,         ///< the worker goes on with other leases, or ends
     no_scene,       ///< the scene can't be fetched or does not fit the memory; the master gives this job to others
     tracer_failed,  ///< the tracer refused the job
+    lost,           ///< of a relay: one of its workers after the other was lost while it had them
 };
-constexpr ReturnReason enum_last(ReturnReason) { return ReturnReason::tracer_failed; }
+constexpr ReturnReason enum_last(ReturnReason) { return ReturnReason::lost; }
 
 /// worker -> master: leases that this worker will not finish; nothing of them will be sent.
 struct ReturnLeases {

@@ -3,6 +3,15 @@
 
 namespace lumenfarm::wire {
 
+std::string_view name_of(Role role) {
+    switch (role) {
+        case Role::worker: return "worker";
+        case Role::submitter: return "submitter";
+        case Role::relay: return "relay";
+    }
+    return "unknown";
+}
+
 std::string_view name_of(GoodbyeReason reason) {
     switch (reason) {
         case GoodbyeReason::done: return "done";

@@ -17,19 +17,18 @@ constexpr auto tick_interval = std::chrono::milliseconds(100);
 
 WorkerClient::Running::Running(const WorkerOptions& options, const net::HostPort& master,
                                const worker::WorkerIdentity& identity)
-    : master_(master),
-      isa_(options.isa),
+    : isa_(options.isa),
       make_tracer_(options.make_tracer),
-      random_(identity.instance),
       cache_(options.cache.empty() ? worker::default_cache_folder() : options.cache, options.cache_bytes_max),
-      core_(identity, options.drain_seconds) {
+      core_(identity, options.drain_seconds),
+      master_(io_, master, identity.instance, *this) {
     for (std::uint32_t i = 0; i < identity.threads; ++i)
         slots_.push_back(std::make_unique<worker::SlotThread>(options.idle_priority, [this, i](SlotReport report) {
             auto shared = std::make_shared<SlotReport>(std::move(report));
             asio::post(io_, [this, i, shared] { carry_out(core_.on_slot(i, std::move(*shared), now_s())); });
         }));
     asio::post(io_, [this] {
-        connect();
+        master_.connect();
         tick();
     });
     thread_ = std::thread([this] {
@@ -47,7 +46,6 @@ WorkerClient::Running::~Running() {
     thread_.join();
     slots_.clear();
     scene_thread_.join();
-    if (connection_) connection_->detach();
 }
 
 double WorkerClient::Running::now_s() const {
@@ -96,53 +94,19 @@ std::vector<ServingThread> WorkerClient::Running::threads() {
 void WorkerClient::Running::end(std::optional<Error> error) {
     if (std::exchange(ending_, true)) return;
     if (const std::string counts = core_.counts().text(); !counts.empty()) spdlog::info("{}", counts);
-    connected_ = false;
-    connector_.reset();
     tick_timer_.cancel();
-    retry_timer_.cancel();
     {
         const std::lock_guard lock(mutex_);
         error_ = std::move(error);
     }
-    if (connection_ && connection_->open()) {
-        connection_->finish(wire::Goodbye(wire::GoodbyeReason::done, "the worker ends"));
-    } else {
-        io_.stop();
-    }
-}
-
-void WorkerClient::Running::connect() {
-    connector_ = std::make_unique<net::Connector>(
-        io_, master_, limits::connect_seconds,
-        [this](Result<net::Connection::Socket> socket) { on_connected(std::move(socket)); });
-}
-
-void WorkerClient::Running::on_connected(Result<net::Connection::Socket> socket) {
-    if (!socket) {
-        if (!std::exchange(said_absent_, true))
-            spdlog::warn("{}; trying again until the master is there", socket.error().sentence);
-        return connect_later();
-    }
-    connection_ = net::Connection::make(std::move(*socket), net::Connection::greeted(), *this);
-    connection_->start();
-    carry_out(core_.on_connect(now_s()));
-}
-
-void WorkerClient::Running::connect_later() {
-    const double uniform = std::uniform_real_distribution<double>(0, 1)(random_);
-    const double delay_s = net::reconnect_delay_seconds(attempts_++, uniform);
-    retry_timer_.expires_after(
-        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(delay_s)));
-    retry_timer_.async_wait([this](const boost::system::error_code& error) {
-        if (!error && !ending_) connect();
-    });
+    master_.finish(wire::Goodbye(wire::GoodbyeReason::done, "the worker ends"));
 }
 
 void WorkerClient::Running::tick() {
     carry_out(core_.tick(now_s()));
     {
-        std::string line = connected_ ? "connected to " : "waits for the master at ";
-        line += master_.text() + "; " + core_.summary();
+        std::string line = master_.welcome() ? "connected to " : "waits for the master at ";
+        line += master_.master().text() + "; " + core_.summary();
         const std::lock_guard lock(mutex_);
         summary_ = std::move(line);
     }
@@ -152,49 +116,29 @@ void WorkerClient::Running::tick() {
     });
 }
 
-void WorkerClient::Running::on_message(net::Connection& connection, wire::Envelope envelope) {
-    if (const auto* welcome = std::get_if<wire::Welcome>(&envelope.message)) {
-        wire::FrameOptions options;
-        options.protocol = welcome->protocol;
-        options.compress = welcome->compress;
-        connection.open_session(wire::from_master, options, welcome->heartbeat_seconds, welcome->dead_seconds);
-        spdlog::info("welcome at {}", connection.peer());
-        attempts_ = 0;
-        said_absent_ = false;
-        connected_ = true;
-    }
-    carry_out(core_.on_message(std::move(envelope.message), now_s()));
+void WorkerClient::Running::on_master_open() { carry_out(core_.on_connect(now_s())); }
+
+void WorkerClient::Running::on_master_message(wire::Message message) {
+    carry_out(core_.on_message(std::move(message), now_s()));
 }
 
-void WorkerClient::Running::on_close(net::Connection&, const net::Closed& closed) {
-    connection_.reset();
-    connected_ = false;
+void WorkerClient::Running::on_master_lost(const net::Closed& closed) {
     core_.counts().count(closed);
-    if (ending_) return io_.stop();
-    spdlog::warn("the master is gone ({})", closed.text());
     carry_out(core_.on_disconnect(closed.goodbye, now_s()));
-    if (ending_) return;
-    connect_later();
+}
+
+void WorkerClient::Running::on_master_finished(const std::optional<net::Closed>& closed) {
+    if (closed) core_.counts().count(*closed);
+    io_.stop();
 }
 
 void WorkerClient::Running::carry_out(worker::Effects effects) {
     for (worker::Effect& effect : effects) std::visit([&](auto& each) { carry_out(each); }, effect);
     merged_ = core_.particles_merged();
-    pump();
+    master_.pump();
 }
 
-/// Sends parts of results while the connection takes them.
-void WorkerClient::Running::pump() {
-    while (connection_ && connection_->open() && !connection_->congested()) {
-        const auto part = core_.next_bulk();
-        if (!part) return;
-        connection_->send(*part);
-    }
-}
-
-void WorkerClient::Running::carry_out(const worker::Send& send) {
-    if (connection_) connection_->send(send.message);
-}
+void WorkerClient::Running::carry_out(const worker::Send& send) { master_.send(send.message); }
 
 void WorkerClient::Running::carry_out(const worker::LoadScene& load) {
     asio::post(scene_thread_, [this, scene = load.scene] {

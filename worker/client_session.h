@@ -1,7 +1,6 @@
 #pragma once
 
-#include "common/net/connection.h"
-#include "common/net/connector.h"
+#include "worker/master_session.h"
 #include "worker/scene_cache.h"
 #include "worker/slot_thread.h"
 #include "worker/worker_client.h"
@@ -19,7 +18,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,7 +25,7 @@
 namespace lumenfarm {
 
 /// The shell of WorkerCore: a thread for the connection and the core, one for scenes, one for each slot.
-class WorkerClient::Running : public net::ConnectionHandler {
+class WorkerClient::Running : public MasterEvents {
 public:
     Running(const WorkerOptions& options, const net::HostPort& master, const worker::WorkerIdentity& identity);
     ~Running() override;
@@ -38,18 +36,17 @@ public:
     bool ended() const;
     std::vector<ServingThread> threads();
     std::string summary() const;
-    bool connected() const { return connected_; }
+    bool connected() const { return master_.welcome(); }
     std::uint64_t particles_merged() const { return merged_; }
 
-    void on_message(net::Connection& connection, wire::Envelope envelope) override;
-    void on_close(net::Connection& connection, const net::Closed& closed) override;
-    void on_outbox_low(net::Connection&) override { pump(); }
+    void on_master_open() override;
+    void on_master_message(wire::Message message) override;
+    void on_master_lost(const net::Closed& closed) override;
+    void on_master_finished(const std::optional<net::Closed>& closed) override;
+    std::optional<wire::Message> next_bulk() override { return core_.next_bulk(); }
 
 private:
     double now_s() const;
-    void connect();
-    void on_connected(Result<net::Connection::Socket> socket);
-    void connect_later();
     void tick();
     void end(std::optional<Error> error);
 
@@ -67,30 +64,22 @@ private:
     void carry_out(const worker::GiveUp& give_up);
     void carry_out(const worker::Discarded& discarded);
     void discard(worker::Discard reason, std::string sentence);
-    void pump();
     Result<std::shared_ptr<const JobContext>> prepare(const worker::PrepareJob& effect);
 
-    net::HostPort master_;
     std::string isa_;
     TracerMaker make_tracer_;
     boost::asio::io_context io_{1};
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> busy_{io_.get_executor()};
     boost::asio::thread_pool scene_thread_{1};
     boost::asio::steady_timer tick_timer_{io_};
-    boost::asio::steady_timer retry_timer_{io_};
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    std::mt19937_64 random_;
 
     worker::SceneCache cache_;
     Digest scene_name_;                        ///< of scene_; scenes' thread only
     std::weak_ptr<const SceneContext> scene_;  ///< made last, for jobs that share it
     worker::WorkerCore core_;
-    std::unique_ptr<net::Connector> connector_;
-    std::shared_ptr<net::Connection> connection_;
-    unsigned attempts_ = 0;
-    bool said_absent_ = false;
+    MasterSession master_;
 
-    std::atomic<bool> connected_ = false;
     std::atomic<std::uint64_t> merged_ = 0;
     bool ending_ = false;       ///< the loop's thread only
     mutable std::mutex mutex_;  ///< for the following

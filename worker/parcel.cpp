@@ -27,6 +27,25 @@ std::size_t Parcel::bytes() const {
     return bytes;
 }
 
+void move_sums(LightMap& sums, Parcel& parcel) {
+    const auto& texels = sums.texels();
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+        const TexelSums& texel = texels[i];
+        if (texel.hits == 0) continue;
+        parcel.texels.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(texel.hits), texel.radiant,
+                                 texel.x, texel.y, texel.z, texel.y_squared});
+    }
+    const auto& surfaces = sums.surfaces();
+    for (std::size_t i = 0; i < surfaces.size(); ++i)
+        for (std::uint32_t side_batch = 0; side_batch < 2 * limits::batches; ++side_batch) {
+            const BatchSums& batch = surfaces[i][side_batch / limits::batches][side_batch % limits::batches];
+            if (batch.hits > 0)
+                parcel.surfaces.push_back(
+                    {static_cast<std::uint32_t>(i), side_batch, batch.radiant, batch.y, batch.hits});
+        }
+    sums.clear();
+}
+
 /// Hits a part as the job asks, or more where a result would have too many parts.
 ParcelReader::ParcelReader(const Parcel& parcel, std::uint64_t number) : parcel_(&parcel), number_(number) {
     std::size_t records = 0;

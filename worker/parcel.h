@@ -38,6 +38,9 @@ struct Parcel {
     std::size_t bytes() const;
 };
 
+/// Packing maps: puts the sums that are not zero into a parcel that has none. They are zero then.
+void move_sums(LightMap& sums, Parcel& parcel);
+
 /// The messages of a parcel, one at a time, so that no more of them are in memory than the connection takes.
 class ParcelReader {
 public:

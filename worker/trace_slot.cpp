@@ -143,27 +143,9 @@ bool TraceSlot::full() const {
 Parcel TraceSlot::close() {
     open_.job = open_job_->job;
     open_.hits_per_message = open_job_->spec.hits_per_message;
-    if (open_job_->spec.packing == Packing::maps) pack_sums();
+    if (open_job_->spec.packing == Packing::maps) move_sums(*sums_, open_);
     open_job_.reset();
     return std::exchange(open_, {});
-}
-
-void TraceSlot::pack_sums() {
-    const auto& texels = sums_->texels();
-    for (std::size_t i = 0; i < texels.size(); ++i) {
-        const TexelSums& sums = texels[i];
-        if (sums.hits == 0) continue;
-        open_.texels.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(sums.hits), sums.radiant,
-                                sums.x, sums.y, sums.z, sums.y_squared});
-    }
-    const auto& surfaces = sums_->surfaces();
-    for (std::size_t i = 0; i < surfaces.size(); ++i)
-        for (std::uint32_t side_batch = 0; side_batch < 2 * limits::batches; ++side_batch) {
-            const BatchSums& sums = surfaces[i][side_batch / limits::batches][side_batch % limits::batches];
-            if (sums.hits > 0)
-                open_.surfaces.push_back({static_cast<std::uint32_t>(i), side_batch, sums.radiant, sums.y, sums.hits});
-        }
-    sums_->clear();
 }
 
 }  // namespace lumenfarm

@@ -68,7 +68,6 @@ private:
     bool full() const;
     SlotReport report(bool close, bool finished);
     Parcel close();
-    void pack_sums();
 
     SlotClocks clocks_;
     std::optional<SetWork> set_;

@@ -104,10 +104,8 @@ void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
         queue_.clear();
     }
     lost_s_.reset();
-    // what is not stated is taken back without a word; what results still claim is stated, and goes back after them
-    for (auto& [reason, leases] : returns_)
-        std::erase_if(leases, [&](const wire::LeaseRef& lease) { return !claimed(lease.lease); });
-    std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
+    // what results still claim is stated, and goes back after them
+    returns_.keep_only([&](std::uint64_t lease) { return results_.claims(lease); });
     send(wire::Progress(0, leases_held()));
     drop_jobs_not_held();
     if (!fetch_) return;
@@ -117,7 +115,7 @@ void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
 Effects WorkerCore::on_disconnect(const std::optional<wire::Goodbye>& goodbye, double now_s) {
     if (welcome_) lost_s_ = now_s;
     welcome_ = false;
-    for (Outgoing& outgoing : results_) outgoing.reader.rewind();
+    results_.rewind();
     for (auto& [id, job] : jobs_) job.confirmed = false;
     const bool unwanted = goodbye && (goodbye->reason == wire::GoodbyeReason::refused ||
                                       goodbye->reason == wire::GoodbyeReason::unsupported_protocol);
@@ -146,42 +144,20 @@ void WorkerCore::pull() {
     send(wire::Pull(room));
 }
 
-bool WorkerCore::claimed(std::uint64_t lease) const {
-    return std::any_of(results_.begin(), results_.end(), [&](const Outgoing& outgoing) {
-        const auto& claims = outgoing.parcel->claims;
-        return std::any_of(claims.begin(), claims.end(),
-                           [&](const wire::Claim& claim) { return claim.lease == lease; });
-    });
-}
-
-/// A lease goes back after the last result of it was answered, so that the result finds it current.
 void WorkerCore::send_returns() {
     if (!welcome_) return;
-    for (auto& [reason, leases] : returns_) {
-        const auto waiting = std::partition(leases.begin(), leases.end(),
-                                            [&](const wire::LeaseRef& lease) { return claimed(lease.lease); });
-        if (waiting == leases.end()) continue;
-        for (auto next = waiting; next != leases.end();) {
-            const auto count = std::min<std::ptrdiff_t>(leases.end() - next, limits::leases_per_worker_max);
-            send(wire::ReturnLeases(reason, {next, next + count}));
-            next += count;
-        }
-        leases.erase(waiting, leases.end());
-    }
-    std::erase_if(returns_, [](const auto& entry) { return entry.second.empty(); });
+    for (wire::ReturnLeases& returned : returns_.take([&](std::uint64_t lease) { return results_.claims(lease); }))
+        send(std::move(returned));
 }
 
 std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
-    std::map<std::uint64_t, JobId> job_by_lease;
+    std::map<std::uint64_t, JobId> job_by_lease = results_.leases();
     for (const wire::Lease& lease : queue_) job_by_lease.emplace(lease.lease, lease.job);
     for (const Slot& slot : slots_) {
         if (slot.abandoned) continue;
         if (slot.lease) job_by_lease.emplace(slot.lease->lease, slot.job);
         for (const auto& [lease, epoch] : slot.open_leases) job_by_lease.emplace(lease, slot.job);
     }
-    for (const Outgoing& outgoing : results_)
-        for (const wire::Claim& claim : outgoing.parcel->claims)
-            job_by_lease.emplace(claim.lease, outgoing.parcel->job);
     std::vector<wire::LeaseProgress> held;
     for (const auto& [lease, job] : job_by_lease)
         if (held.size() < limits::leases_per_worker_max) held.emplace_back(job, lease, 0);
@@ -190,30 +166,17 @@ std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
 
 std::optional<wire::Message> WorkerCore::next_bulk() {
     if (!welcome_) return std::nullopt;
-    std::size_t in_flight = 0, bytes = 0;
-    // the parts of one result are not mixed with those of another
-    for (Outgoing& outgoing : results_)
-        if (outgoing.reader.begun()) return outgoing.reader.next();
-    for (Outgoing& outgoing : results_) {
-        // a master that has just started may not be ready for them
-        if (const auto job = jobs_.find(outgoing.parcel->job); job == jobs_.end() || !job->second.confirmed) continue;
-        if (!outgoing.reader.finished())
-            return in_flight < limits::results_in_flight && bytes < limits::result_bytes_in_flight
-                       ? outgoing.reader.next()
-                       : std::nullopt;
-        ++in_flight;
-        bytes += outgoing.parcel->bytes();
-    }
-    return std::nullopt;
+    // a master that has just started may not be ready for them
+    return results_.next([&](JobId id) {
+        const auto job = jobs_.find(id);
+        return job != jobs_.end() && job->second.confirmed;
+    });
 }
 
 void WorkerCore::take_ack(const wire::ResultAck& ack) {
-    const auto found = std::find_if(results_.begin(), results_.end(),
-                                    [&](const Outgoing& outgoing) { return outgoing.number == ack.result; });
-    if (found == results_.end() || !found->reader.finished()) return ignore(ack);
+    const auto parcel = results_.take(ack.result);
+    if (!parcel) return ignore(ack);
     counts_.verdicts.count(ack.verdict);
-    const std::unique_ptr<Parcel> parcel = std::move(found->parcel);
-    results_.erase(found);
     if (ack.verdict == wire::Verdict::accepted) {
         particles_merged_ += parcel->balance.particles;
     } else {

@@ -1,12 +1,13 @@
 #pragma once
 
 #include "worker/effects.h"
+#include "worker/lease_returns.h"
 #include "worker/part_shelf.h"
+#include "worker/result_outbox.h"
 #include "worker/scene_fetch.h"
 
 #include <cstdint>
 #include <deque>
-#include <list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -99,11 +100,6 @@ private:
         bool missing = false;    ///< in the cache: it is fetched
         bool preparing = false;  ///< its bytes are here
     };
-    struct Outgoing {
-        std::uint64_t number = 0;
-        std::unique_ptr<Parcel> parcel;
-        ParcelReader reader;
-    };
 
     // jobs and scenes (worker_jobs.cpp)
     void take_job(const wire::JobInfo& info);
@@ -155,7 +151,6 @@ private:
     void pull();
     void begin_drain(double now_s);
     void finish_if_drained(double now_s);
-    bool claimed(std::uint64_t lease) const;
     std::vector<wire::LeaseProgress> leases_held() const;
     bool room_for_results() const { return results_.size() < slots_.size() + limits::results_in_flight; }
     void send(wire::Message message) { effects_.push_back(Send{std::move(message)}); }
@@ -173,9 +168,8 @@ private:
     bool making_room_ = false;  ///< no set of a subspace begins until something is given up
     std::uint64_t parts_brought_ = 0;
     std::optional<SceneFetch> fetch_;
-    std::list<Outgoing> results_;  ///< not acknowledged yet, oldest first
-    std::map<wire::ReturnReason, std::vector<wire::LeaseRef>> returns_;
-    std::uint64_t results_made_ = 0;
+    ResultOutbox results_;  ///< not acknowledged yet
+    LeaseReturns returns_;
     std::uint32_t wished_ = 0;  ///< what the master believes that this worker has room for
     std::optional<double> drain_by_s_;
     bool finished_ = false;

@@ -38,8 +38,7 @@ void WorkerCore::take_job(const wire::JobInfo& info) {
         // the job is another one now: what this worker has of it is nobody's
         for (const wire::LeaseProgress& lease : leases_held())
             if (lease.job == info.job)
-                returns_[wire::ReturnReason::ending].emplace_back(lease.lease,
-                                                                  static_cast<std::uint32_t>(lease.lease >> 32));
+                returns_.add(wire::ReturnReason::ending, lease.lease, static_cast<std::uint32_t>(lease.lease >> 32));
         drop_job(info.job);
     }
     Job job;
@@ -56,11 +55,11 @@ void WorkerCore::take_lease(const wire::Lease& lease) {
     const bool failed = job != jobs_.end() && job->second.failed;
     if (!failed && !is_possible(lease)) {
         count(Discard::set_not_traceable, 1, "a set of job " + std::to_string(lease.job) + " is impossible");
-        returns_[wire::ReturnReason::tracer_failed].emplace_back(lease.lease, lease.epoch);
+        returns_.add(wire::ReturnReason::tracer_failed, lease.lease, lease.epoch);
         return;
     }
     if (!failed && !draining(lease.job)) return queue_.push_back(lease);
-    returns_[failed ? wire::ReturnReason::no_scene : wire::ReturnReason::ending].emplace_back(lease.lease, lease.epoch);
+    returns_.add(failed ? wire::ReturnReason::no_scene : wire::ReturnReason::ending, lease.lease, lease.epoch);
 }
 
 void WorkerCore::drop_job(JobId id) {
@@ -68,7 +67,7 @@ void WorkerCore::drop_job(JobId id) {
     close_parts(id);
     const std::string job = "job " + std::to_string(id);
     std::size_t sets = std::erase_if(queue_, [&](const wire::Lease& lease) { return lease.job == id; });
-    std::size_t results = results_.remove_if([&](const Outgoing& outgoing) { return outgoing.parcel->job == id; });
+    std::size_t results = results_.drop(id);
     for (std::size_t i = 0; i < slots_.size(); ++i) {
         if (slots_[i].job != id) continue;
         sets += slots_[i].lease.has_value();
@@ -83,7 +82,7 @@ void WorkerCore::drop_job(JobId id) {
 void WorkerCore::drop_jobs_not_held() {
     std::set<JobId> held;
     for (const wire::Lease& lease : queue_) held.insert(lease.job);
-    for (const Outgoing& outgoing : results_) held.insert(outgoing.parcel->job);
+    for (const auto& [lease, job] : results_.leases()) held.insert(job);
     for (const Slot& slot : slots_)
         if (slot.running || slot.open || slot.lease) held.insert(slot.job);
     for (auto job = jobs_.begin(); job != jobs_.end();) {
@@ -108,7 +107,7 @@ void WorkerCore::fail_job(JobId id, wire::ReturnReason reason) {
     close_parts(id);
     const std::size_t returned = std::erase_if(queue_, [&](const wire::Lease& lease) {
         if (lease.job != id) return false;
-        returns_[reason].emplace_back(lease.lease, lease.epoch);
+        returns_.add(reason, lease.lease, lease.epoch);
         return true;
     });
     count(Discard::set_not_traceable, returned, "job " + std::to_string(id));
@@ -184,7 +183,7 @@ void WorkerCore::take_context(Job& job, std::shared_ptr<const JobContext> contex
     }
     const std::size_t impossible = std::erase_if(queue_, [&](const wire::Lease& lease) {
         if (lease.job != job.info.job || is_possible(lease)) return false;
-        returns_[wire::ReturnReason::tracer_failed].emplace_back(lease.lease, lease.epoch);
+        returns_.add(wire::ReturnReason::tracer_failed, lease.lease, lease.epoch);
         return true;
     });
     count(Discard::set_not_traceable, impossible, "sets of job " + std::to_string(job.info.job) + " are impossible");

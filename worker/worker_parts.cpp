@@ -131,7 +131,9 @@ void WorkerCore::tell_parts() {
 void WorkerCore::tell_parts(JobId job) {
     const auto known = jobs_.find(job);
     if (!welcome_ || known == jobs_.end() || !known->second.confirmed || !has_subspaces(job)) return;
-    send(wire::PartsHeld(job, shelf_.held(job), shelf_.room_triangles()));
+    std::vector<std::uint32_t> held = shelf_.held(job);
+    const bool all = held.size() == known->second.context->plan->plan.parts.size();
+    send(wire::PartsHeld(job, std::move(held), shelf_.room_triangles(), all));
 }
 
 void WorkerCore::close_parts(JobId job) {

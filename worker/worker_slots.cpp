@@ -22,9 +22,7 @@ void WorkerCore::take_report(Slot& slot, SlotReport& report) {
     if (report.result && !jobs_.contains(slot.job)) {
         count(Discard::result_of_gone_job, 1, "job " + std::to_string(slot.job));
     } else if (report.result) {
-        auto parcel = std::make_unique<Parcel>(std::move(*report.result));
-        ParcelReader reader(*parcel, ++results_made_);
-        results_.push_back({results_made_, std::move(parcel), reader});
+        results_.add(std::move(*report.result));
     }
     slot.open = report.open;
     if (!report.open) slot.open_leases.clear();
@@ -38,7 +36,7 @@ void WorkerCore::feed(std::size_t index, double now_s) {
     if (slot.abandoned) return stop_slot(index, SlotAsk::abandon);
     if (draining(slot.job) && slot.open) return stop_slot(index, SlotAsk::close);
     if (draining(slot.job) && slot.lease) {
-        returns_[wire::ReturnReason::ending].emplace_back(slot.lease->lease, slot.lease->epoch);
+        returns_.add(wire::ReturnReason::ending, slot.lease->lease, slot.lease->epoch);
         return stop_slot(index, SlotAsk::abandon);
     }
     if (!room_for_results()) return;
@@ -107,7 +105,7 @@ void WorkerCore::interrupt_late(double now_s) {
 void WorkerCore::return_queued(JobId only) {
     std::erase_if(queue_, [&](const wire::Lease& lease) {
         if (only != 0 && lease.job != only) return false;
-        returns_[wire::ReturnReason::ending].emplace_back(lease.lease, lease.epoch);
+        returns_.add(wire::ReturnReason::ending, lease.lease, lease.epoch);
         return true;
     });
 }
@@ -130,7 +128,7 @@ void WorkerCore::leave_refused(const Parcel& refused) {
         left.insert(slot.open_leases.begin(), slot.open_leases.end());
         stop_slot(i, SlotAsk::abandon);
     }
-    for (const auto& [lease, epoch] : left) returns_[wire::ReturnReason::ending].emplace_back(lease, epoch);
+    for (const auto& [lease, epoch] : left) returns_.add(wire::ReturnReason::ending, lease, epoch);
 }
 
 bool WorkerCore::idle() const {

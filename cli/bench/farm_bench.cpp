@@ -29,13 +29,16 @@ public:
 
 private:
     explicit Farm(net::BlockingClient client) : client_(std::move(client)) {}
-    Result<void> wait_for_workers(std::size_t wanted);
+    Result<void> start_relays(std::uint32_t relays, const std::string& master, const std::filesystem::path& folder);
+    Result<void> wait_for_threads(std::uint64_t wanted);
     Result<wire::JobStatus> wait_for_end(std::uint64_t job, Clock::time_point begin);
     Result<void> check_daemons() const;
-    double workers_cpu_s() const;
+    static double cpu_s(const std::vector<std::unique_ptr<Daemon>>& daemons);
 
     net::BlockingClient client_;
     std::unique_ptr<Daemon> master_;
+    std::vector<std::unique_ptr<Daemon>> relays_;
+    std::vector<std::string> relay_addresses_;
     std::vector<std::unique_ptr<Daemon>> workers_;
 };
 
@@ -50,10 +53,12 @@ Result<std::unique_ptr<Farm>> Farm::start(const FarmBenchOptions& options, std::
     if (!client) return client.error();
     std::unique_ptr<Farm> farm(new Farm(std::move(*client)));
     farm->master_ = std::move(*master);
+    if (const auto relayed = farm->start_relays(options.relays, *address, folder); !relayed) return relayed.error();
     for (std::uint32_t i = 1; i <= workers; ++i) {
         const std::string name = "worker-" + std::to_string(i);
+        const std::string& above = options.relays > 0 ? farm->relay_addresses_[i % options.relays] : *address;
         std::vector<std::string> arguments{
-            "--normal-priority", "--master",   *address, "--name", name, "--threads", std::to_string(options.threads),
+            "--normal-priority", "--master",   above, "--name", name, "--threads", std::to_string(options.threads),
             "--cache",           folder / name};
         if (!options.isa.empty()) arguments.insert(arguments.end(), {"--isa", options.isa});
         if (options.memory_limit_bytes > 0)
@@ -63,25 +68,46 @@ Result<std::unique_ptr<Farm>> Farm::start(const FarmBenchOptions& options, std::
         if (!worker) return worker.error();
         farm->workers_.push_back(std::move(*worker));
     }
-    if (const auto connected = farm->wait_for_workers(workers); !connected) return connected.error();
+    const auto connected = farm->wait_for_threads(std::uint64_t{workers} * options.threads);
+    if (!connected) return connected.error();
     return farm;
+}
+
+Result<void> Farm::start_relays(std::uint32_t relays, const std::string& master, const std::filesystem::path& folder) {
+    for (std::uint32_t i = 1; i <= relays; ++i) {
+        const std::string name = "relay-" + std::to_string(i);
+        auto relay =
+            Daemon::start("lumenfarm-master",
+                          {"--upstream", master, "--listen", "127.0.0.1:0", "--storage", folder / name, "--name", name},
+                          folder / (name + ".log"));
+        if (!relay) return relay.error();
+        const auto address = (*relay)->wait_for("listening on ", ",");
+        if (!address) return address.error();
+        relays_.push_back(std::move(*relay));
+        relay_addresses_.push_back(*address);
+    }
+    return {};
 }
 
 Result<void> Farm::check_daemons() const {
     if (auto running = master_->check_running(); !running) return running;
-    for (const auto& worker : workers_)
-        if (auto running = worker->check_running(); !running) return running;
+    for (const auto* daemons : {&relays_, &workers_})
+        for (const auto& daemon : *daemons)
+            if (auto running = daemon->check_running(); !running) return running;
     return {};
 }
 
-Result<void> Farm::wait_for_workers(std::size_t wanted) {
+/// Relays tell how many threads are behind them.
+Result<void> Farm::wait_for_threads(std::uint64_t wanted) {
     const auto begin = Clock::now();
     for (;;) {
         const auto reply = client_.ask_for<wire::WorkersReply>(wire::WorkersRequest());
         if (!reply) return reply.error();
-        if (reply->workers.size() == wanted) return {};
+        std::uint64_t threads = 0;
+        for (const wire::WorkerStatus& worker : reply->workers) threads += worker.threads;
+        if (threads == wanted) return {};
         if (auto running = check_daemons(); !running) return running;
-        if (seconds_since(begin) > limits::connect_seconds * static_cast<double>(wanted))
+        if (seconds_since(begin) > limits::connect_seconds * static_cast<double>(workers_.size() + 1))
             return failed("the workers do not come");
         if (const auto waited = client_.idle(0.01); !waited) return waited;
     }
@@ -99,13 +125,13 @@ Result<wire::JobStatus> Farm::wait_for_end(std::uint64_t job, Clock::time_point 
     }
 }
 
-double Farm::workers_cpu_s() const {
-    return std::accumulate(workers_.begin(), workers_.end(), 0.0,
-                           [](double sum, const auto& worker) { return sum + worker->cpu_seconds(); });
+double Farm::cpu_s(const std::vector<std::unique_ptr<Daemon>>& daemons) {
+    return std::accumulate(daemons.begin(), daemons.end(), 0.0,
+                           [](double sum, const auto& daemon) { return sum + daemon->cpu_seconds(); });
 }
 
 Result<FarmRun> Farm::run(JobSpec job, std::span<const std::byte> scene_bytes) {
-    const double master_cpu_s = master_->cpu_seconds(), worker_cpu_s = workers_cpu_s();
+    const double master_cpu_s = master_->cpu_seconds(), relay_cpu_s = cpu_s(relays_), worker_cpu_s = cpu_s(workers_);
     const auto begin = Clock::now();
     const auto id = net::submit_job(client_, 1, job, scene_bytes);
     if (!id) return id.error();
@@ -117,7 +143,9 @@ Result<FarmRun> Farm::run(JobSpec job, std::span<const std::byte> scene_bytes) {
     const auto farm = client_.ask_for<wire::StatusReply>(wire::StatusRequest());
     if (!farm) return farm.error();
     run.master_cpu_s = master_->cpu_seconds() - master_cpu_s;
-    run.worker_cpu_s = workers_cpu_s() - worker_cpu_s;
+    run.relays = static_cast<std::uint32_t>(relays_.size());
+    run.relay_cpu_s = cpu_s(relays_) - relay_cpu_s;
+    run.worker_cpu_s = cpu_s(workers_) - worker_cpu_s;
     run.trace_s = ended->trace_seconds;
     run.hits = ended->hits;
     run.packing = ended->packing;

@@ -14,13 +14,15 @@
 #include <string>
 #include <vector>
 
-/// How fast a farm of real processes on this machine is: one master, and workers that pull from it over loopback.
+/// How fast a farm of real processes on this machine is: one master, relays if there are to be some, and workers that
+/// pull from them over loopback.
 namespace lumenfarm {
 
 struct FarmBenchOptions {
     std::vector<std::uint32_t> workers;           ///< numbers of them to compare
     std::vector<std::uint64_t> particles;         ///< of the jobs
     std::vector<std::uint32_t> hits_per_message;  ///< to compare; empty: that of the job
+    std::uint32_t relays = 0;                     ///< between the master and all workers, which they share
     std::uint32_t threads = 1;                    ///< of a worker
     std::uint32_t runs = 5;                       ///< of each
     std::string isa;                              ///< of the workers' ray queries; empty: the best
@@ -39,9 +41,11 @@ struct FarmRun {
     double total_s = 0;                    ///< from the submission until the result is stored
     double trace_s = 0;                    ///< that a thread spent tracing, on average
     double master_cpu_s = 0;               ///< meanwhile
-    double worker_cpu_s = 0;               ///< of all workers
+    std::uint32_t relays = 0;
+    double relay_cpu_s = 0;   ///< of all relays
+    double worker_cpu_s = 0;  ///< of all workers
     std::uint64_t hits = 0;
-    wire::Traffic traffic;  ///< between master and workers, the scene included
+    wire::Traffic traffic;  ///< between the master and workers or relays, the scene included
     Digest digest;
 };
 

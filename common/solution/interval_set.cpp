@@ -24,6 +24,19 @@ bool IntervalSet::insert(std::uint64_t begin, std::uint64_t end) {
     return true;
 }
 
+bool IntervalSet::erase(std::uint64_t begin, std::uint64_t end) {
+    if (begin >= end || !covers(begin, end)) return false;
+    size_ -= end - begin;
+    const auto around = std::prev(end_by_begin_.upper_bound(begin));
+    const std::uint64_t around_end = around->second;
+    if (around->first < begin)
+        around->second = begin;
+    else
+        end_by_begin_.erase(around);
+    if (end < around_end) end_by_begin_.emplace(end, around_end);
+    return true;
+}
+
 bool IntervalSet::covers(std::uint64_t begin, std::uint64_t end) const {
     if (begin >= end) return true;
     auto at = end_by_begin_.upper_bound(begin);

@@ -15,6 +15,8 @@ public:
     };
     /// False, and nothing changes, when [begin, end) is empty or overlaps what is there.
     bool insert(std::uint64_t begin, std::uint64_t end);
+    /// False, and nothing changes, when [begin, end) is empty or not all of it is there.
+    bool erase(std::uint64_t begin, std::uint64_t end);
     /// True when all of [begin, end) is there.
     bool covers(std::uint64_t begin, std::uint64_t end) const;
     bool overlaps(std::uint64_t begin, std::uint64_t end) const;

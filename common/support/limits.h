@@ -102,6 +102,11 @@ inline constexpr std::uint32_t invalid_results_max = 3;  ///< then a worker is s
 inline constexpr std::size_t active_jobs_max = 4;        ///< with their sums in memory
 inline constexpr std::size_t admissions_max = 64;        ///< submissions that wait for the disk
 inline constexpr std::uint32_t threads_per_worker_max = 1'024;
+inline constexpr std::uint32_t threads_behind_relay_max = 1u << 20;
+inline constexpr std::size_t relay_bytes_in_flight = std::size_t{256}
+                                                     << 20;  ///< of a relay's results handed up and not answered
+inline constexpr std::uint32_t relay_sets_ahead = 4;  ///< leases with particles that a relay's workers have not got
+inline constexpr std::uint32_t leases_of_relay = 3 * relay_sets_ahead;  ///< at once, about
 inline constexpr std::uint32_t leases_per_worker_max = 4 * threads_per_worker_max;
 inline constexpr std::size_t sessions_max = 4'096;
 inline constexpr std::size_t jobs_max = 4'096;  ///< kept by one master, finished ones included

@@ -162,4 +162,16 @@ Result<std::uint64_t> FileStore::remove_others(const std::set<Digest>& kept) {
     return removed;
 }
 
+wire::Message FileStore::answer(const wire::ManifestRequest& request) {
+    auto found = manifest(request.file);
+    if (!found) return wire::Refusal(wire::RefusalReason::no_such_file, found.error().sentence, request.file);
+    return wire::Manifest(std::move(*found));
+}
+
+wire::Message FileStore::answer(const wire::ChunkRequest& request) const {
+    auto bytes = chunk(request.file, request.index);
+    if (!bytes) return wire::Refusal(wire::RefusalReason::no_such_file, bytes.error().sentence, request.file);
+    return wire::Chunk(request.file, request.index, std::move(*bytes));
+}
+
 }  // namespace lumenfarm

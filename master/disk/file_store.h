@@ -3,7 +3,7 @@
 #include "common/support/digest.h"
 #include "common/support/result.h"
 #include "master/disk/disk.h"
-#include "proto/messages_file.h"
+#include "proto/messages.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -44,6 +44,9 @@ public:
     Result<wire::FileManifest> manifest(const Digest& file);
     /// Not verified: who gets it does that. Errors: bad_input (no such file, or it has no such chunk).
     Result<std::vector<std::byte>> chunk(const Digest& file, std::uint32_t index) const;
+    /// What is replied to who asks for a file: Manifest, Chunk or Refusal.
+    wire::Message answer(const wire::ManifestRequest& request);
+    wire::Message answer(const wire::ChunkRequest& request) const;
     std::filesystem::path path(const Digest& file) const { return folder_ / file.hex(); }
 
     /// One that is missing is removed already. A power cut may bring it back.

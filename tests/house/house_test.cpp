@@ -34,7 +34,7 @@ const SourceFile& file_at(const std::string& path) {
 /// The thin shells around the state machines, beside every *_session: the only files that know a socket or a clock.
 const std::string shells =
     ".*_session\\.(h|cpp)|master/dashboard/.*|.*/main\\.cpp|master/master_server\\.(h|cpp)"
-    "|worker/worker_client\\.(h|cpp)";
+    "|worker/worker_client\\.(h|cpp)|relay/relay_server\\.(h|cpp)";
 
 const Fence embree{"Embree", {"embree3/", "embree4/"}, "common/(transport|imaging)/.*"};
 

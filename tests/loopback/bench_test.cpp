@@ -46,7 +46,7 @@ TEST_F(FarmBench, MeasuresEveryFarmAndEachResultIsThatOfRun) {
     std::size_t runs = 0;
     for (; std::getline(lines, line); ++runs) {
         const auto run = fields(line);
-        ASSERT_EQ(run.size(), 15u) << line;
+        ASSERT_EQ(run.size(), 17u) << line;
         EXPECT_EQ(run.back(), digest(std::stoull(run[2]))) << line;
         EXPECT_GT(std::stod(run[5]), 0) << "total time";
         EXPECT_GT(std::stod(run[6]), 0) << "tracing";
@@ -58,6 +58,23 @@ TEST_F(FarmBench, MeasuresEveryFarmAndEachResultIsThatOfRun) {
     for (const char* picture : {"speed-up-total.svg", "speed-up-tracing.svg", "efficiency.svg"})
         EXPECT_TRUE(text_of(std::string("bench/") + picture).starts_with("<svg")) << picture;
     EXPECT_NE(text_of("bench/bench.json").find("\"medians\""), std::string::npos);
+}
+
+TEST_F(FarmBench, MeasuresFarmsWithRelays) {
+    lumenfarm({"bench", "farm", scene_, "--workers", "1,3", "--relays", "2", "--particles", "5k", "--runs", "1", "-o",
+               path("bench")});
+    std::istringstream lines(text_of("bench/bench.csv"));
+    std::string line;
+    std::getline(lines, line);
+    std::size_t runs = 0;
+    for (; std::getline(lines, line); ++runs) {
+        const auto run = fields(line);
+        ASSERT_EQ(run.size(), 17u) << line;
+        EXPECT_EQ(run.back(), digest(5'000)) << line;
+        EXPECT_EQ(run[14], "2");
+        EXPECT_GT(std::stod(run[15]), 0) << "the relays' processor time";
+    }
+    EXPECT_EQ(runs, 2u);
 }
 
 TEST_F(FarmBench, SweepsTheGranularityOfPacking) {

@@ -93,6 +93,35 @@ TEST_F(CrashingFarm, KilledWorkersAreReplacedAndChangeNothing) {
     expect_right_digests();
 }
 
+TEST_F(CrashingFarm, KilledRelaysAndTheirWorkersAreReplacedAndChangeNothing) {
+    start_master();
+    Relay relay = start_relay("relay");
+    Relay below = start_relay("below", {}, {}, relay.address);
+    const auto direct = start_worker("direct", few_subspaces);
+    auto first = start_worker("first", few_subspaces, relay.address);
+    const auto second = start_worker("second", few_subspaces, below.address);
+    submit_next();
+    for (int kill = 0; kill < kills(); ++kill) {
+        std::this_thread::sleep_for(some_time() / 4);
+        const auto end = [](Process& process) {
+            process.send(SIGKILL);
+            EXPECT_EQ(process.wait(), -SIGKILL) << process.err();
+        };
+        if (kill % 3 == 0) {
+            end(*relay.process);
+            relay = start_relay("relay", {}, relay.address);
+        } else if (kill % 3 == 1) {
+            end(*below.process);
+            below = start_relay("below", {}, below.address, relay.address);
+        } else {
+            end(*first);
+            first = start_worker("first", few_subspaces, relay.address);
+        }
+        if (last_job_is_over()) submit_next();
+    }
+    expect_right_digests();
+}
+
 /// Calls around which a master writes, makes it last, commits and acknowledges.
 struct FailPoint {
     const char* call;

@@ -63,11 +63,13 @@ protected:
         master_ = std::make_unique<Process>(std::move(under), std::move(environment));
     }
     /// False when it ended before.
-    bool master_listens() {
-        return master_->read_until([&] {
-            const auto at = master_->err().find("listening on ");
-            const auto end = at == std::string::npos ? at : master_->err().find_first_of(",\n", at);
-            if (end != std::string::npos) address_ = master_->err().substr(at + 13, end - at - 13);
+    bool master_listens() { return listens(*master_, address_); }
+    /// Reads where a daemon listens. False when it ended before.
+    static bool listens(Process& daemon, std::string& address) {
+        return daemon.read_until([&] {
+            const auto at = daemon.err().find("listening on ");
+            const auto end = at == std::string::npos ? at : daemon.err().find_first_of(",\n", at);
+            if (end != std::string::npos) address = daemon.err().substr(at + 13, end - at - 13);
             return end != std::string::npos;
         });
     }
@@ -80,11 +82,36 @@ protected:
         EXPECT_EQ(master_->wait(), -SIGKILL) << master_->err();
     }
 
-    std::unique_ptr<Process> start_worker(const std::string& name, const std::vector<std::string>& options = {}) const {
+    /// A relay of the master, or of another relay.
+    struct Relay {
+        std::unique_ptr<Process> process;
+        std::string address;
+    };
+    Relay start_relay(const std::string& name, std::vector<std::string> options = {}, const std::string& listen = {},
+                      const std::string& upstream = {}) const {
+        std::vector<std::string> all{"--upstream", upstream.empty() ? address_ : upstream,
+                                     "--listen",   listen.empty() ? "127.0.0.1:0" : listen,
+                                     "--storage",  path("relay-" + name),
+                                     "--name",     name};
+        all.insert(all.end(), options.begin(), options.end());
+        Relay relay{start("lumenfarm-master", std::move(all)), {}};
+        EXPECT_TRUE(listens(*relay.process, relay.address)) << relay.process->err();
+        return relay;
+    }
+
+    /// `master`: its address; empty: of the farm's.
+    std::unique_ptr<Process> start_worker(const std::string& name, const std::vector<std::string>& options = {},
+                                          const std::string& master = {}) const {
         // at normal priority, so that other work on this machine does not starve it
-        std::vector<std::string> all{
-            "--normal-priority", "--master",           address_, "--threads", "1", "--name", name,
-            "--cache",           path("cache-" + name)};
+        std::vector<std::string> all{"--normal-priority",
+                                     "--master",
+                                     master.empty() ? address_ : master,
+                                     "--threads",
+                                     "1",
+                                     "--name",
+                                     name,
+                                     "--cache",
+                                     path("cache-" + name)};
         all.insert(all.end(), options.begin(), options.end());
         return start("lumenfarm-worker", std::move(all));
     }

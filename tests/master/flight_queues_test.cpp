@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 namespace lumenfarm {
 namespace {
 
@@ -50,6 +52,22 @@ TEST(FlightQueues, AreCopiedByAddingWhatWasFiled) {
     EXPECT_EQ(second.at(0, 6, 3), first.at(0, 6, 3));
     second.skip_to(0, 20);
     EXPECT_EQ(second.file(0, flights(0, 1)).first, 20u);
+}
+
+TEST(FlightQueues, LentFlightsHaveAnyNumbers) {
+    FlightQueues queues(1);
+    queues.lend({0, 500, std::make_shared<const FlightQueues::Flights>(flights(500, 20))});
+    queues.lend({0, 100, std::make_shared<const FlightQueues::Flights>(flights(100, 10))});
+    EXPECT_EQ(queues.at(0, 505, 2).front().particle, 505u);
+    EXPECT_EQ(queues.at(0, 100, 10).back().particle, 109u);
+    EXPECT_FALSE(queues.may_lend(0, 95, 6));
+    EXPECT_FALSE(queues.may_lend(0, 519, 1));
+    EXPECT_TRUE(queues.may_lend(0, 110, 390));
+    queues.remove(0, 100, 4);
+    EXPECT_FALSE(queues.may_lend(0, 100, 4)) << "the others of its lease are here";
+    queues.remove(0, 104, 6);
+    EXPECT_TRUE(queues.may_lend(0, 100, 4));
+    EXPECT_EQ(queues.energy(), 200);
 }
 
 }  // namespace

@@ -404,5 +404,82 @@ TEST(Ledger, QueuesGoOnWhereAnEarlierOneEnded) {
     EXPECT_FALSE(ledger.complete());
 }
 
+/// A relay's: of one light and one queue, and nothing is lent.
+Ledger nothing_lent(std::uint64_t particles) {
+    std::vector<IntervalSet> committed(2);
+    committed[0].insert(0, particles);
+    return Ledger({particles, 0}, 1, std::move(committed), {}, 0, 0);
+}
+
+TEST(Ledger, WhatIsNotLentIsNotGiven) {
+    Ledger ledger = nothing_lent(1'000);
+    EXPECT_EQ(ledger.lent(), 0u);
+    EXPECT_FALSE(lease(ledger, 1, ann, 100, 0, 60));
+    ledger.lend({0, 300, 100});
+    EXPECT_EQ(ledger.lent(), 100u);
+    EXPECT_FALSE(ledger.may_lend({0, 350, 100}));
+    EXPECT_EQ(lease(ledger, 1, ann, 1'000, 0, 60), (ParticleRange{0, 300, 100}));
+    EXPECT_FALSE(lease(ledger, 2, ann, 100, 0, 60));
+    const std::array claims{whole(1, {0, 300, 100})};
+    ASSERT_EQ(ledger.check(ann, claims), ClaimVerdict::current);
+    commit(ledger, claims);
+    EXPECT_EQ(ledger.lent(), 0u);
+    EXPECT_TRUE(ledger.may_lend({0, 300, 100})) << "the master above may want them again";
+    EXPECT_EQ(ledger.contradiction(), std::nullopt);
+}
+
+TEST(Ledger, LentFlightsMayLieAnywhere) {
+    Ledger ledger = nothing_lent(10);
+    ledger.lend({1, 500, 20});
+    ledger.lend({1, 100, 10});
+    EXPECT_FALSE(ledger.may_lend({1, 90, 20}));
+    EXPECT_TRUE(ledger.may_lend({1, 520, 5}));
+    std::uint64_t given = 0;
+    for (LeaseId id = 1; id < 9; ++id)
+        if (const auto next = ledger.lease(id, ann, Ledger::Hands::empty, 100, 0, 60, 1)) given += next->range.count;
+    EXPECT_EQ(given, 30u);
+    EXPECT_EQ(ledger.contradiction(), std::nullopt);
+}
+
+TEST(Ledger, WithdrawnParticlesAreNobodys) {
+    Ledger ledger = nothing_lent(1'000);
+    ledger.lend({0, 0, 400});
+    ASSERT_EQ(lease(ledger, 1, ann, 100, 0, 60), (ParticleRange{0, 0, 100}));
+    ASSERT_EQ(lease(ledger, 2, bob, 100, 0, 10), (ParticleRange{0, 100, 100}));
+    ledger.expire(20);  // bob's are lost
+    const std::array first_half{whole(1, {0, 0, 50})};
+    ledger.store(first_half);
+    const auto withdrawn = ledger.withdraw({0, 0, 300});
+    EXPECT_EQ(withdrawn, (std::vector<IntervalSet::Interval>{{50, 300}})) << "what has arrived is not taken away";
+    EXPECT_FALSE(ledger.holds(1));
+    EXPECT_EQ(verdict(ledger, ann, whole(1, {0, 50, 50})), ClaimVerdict::already_committed);
+    ledger.commit(first_half);
+    EXPECT_EQ(ledger.lent(), 100u);
+    EXPECT_EQ(lease(ledger, 3, ann, 1'000, 1'000, 2'000), (ParticleRange{0, 300, 100}));
+    EXPECT_FALSE(lease(ledger, 4, ann, 1'000, 1'000, 2'000));
+    EXPECT_EQ(ledger.contradiction(), std::nullopt);
+}
+
+TEST(Ledger, LentTwiceAWithdrawnLeaseStaysStale) {
+    Ledger ledger = nothing_lent(100);
+    ledger.lend({0, 0, 100});
+    ASSERT_TRUE(lease(ledger, 1, ann, 100, 0, 60));
+    ledger.withdraw({0, 0, 100});
+    ledger.lend({0, 0, 100});
+    EXPECT_EQ(verdict(ledger, ann, whole(1, {0, 0, 100})), ClaimVerdict::stale);
+    EXPECT_TRUE(lease(ledger, 2, bob, 100, 0, 60));
+    EXPECT_EQ(ledger.contradiction(), std::nullopt);
+}
+
+TEST(Ledger, WithdrawnTwinsBothEnd) {
+    Ledger ledger = nothing_lent(100);
+    ledger.lend({0, 0, 100});
+    ASSERT_TRUE(lease(ledger, 1, ann, 100, 0, 60));
+    ASSERT_TRUE(ledger.lease_twin(2, bob, 1, 2, 60));
+    ledger.withdraw({0, 0, 100});
+    EXPECT_EQ(ledger.outstanding(), 0u);
+    EXPECT_EQ(ledger.contradiction(), std::nullopt);
+}
+
 }  // namespace
 }  // namespace lumenfarm

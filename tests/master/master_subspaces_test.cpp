@@ -83,7 +83,8 @@ protected:
         return ack ? ack->verdict : wire::Verdict::invalid;
     }
     void has(SessionId session, std::vector<std::uint32_t> held, std::uint64_t room) {
-        take(master_.on_message(session, wire::PartsHeld(1, std::move(held), room), 0, now_s_));
+        const bool all = held.size() == subspaces();
+        take(master_.on_message(session, wire::PartsHeld(1, std::move(held), room, all), 0, now_s_));
     }
     wire::Lease pull_one(SessionId session) {
         const auto leases = pull(session, 1);

@@ -96,7 +96,7 @@ TEST(Messages, LargestFitTheirCaps) {
         ResultKept(part, std::vector<KeptHit>(limits::hits_per_message_max)),
         ResultFlights(part, 0, std::vector<FlightRecord>(limits::flights_per_message_max, test::sample_flight())),
         largest_lease,
-        PartsHeld(1, subspaces, 1),
+        PartsHeld(1, subspaces, 1, false),
         ResultDone(1, 1, claims, 1, test::sample_balance(limits::claims_per_result_max), 1, 1),
         ResultAck(1, 1, Verdict::invalid, text),
         Manifest(manifest),
@@ -121,14 +121,16 @@ bool refused(const M& message) {
 TEST(Messages, WhatCannotBeTrueIsRefused) {
     const PartId part(1, 1, 0);
     EXPECT_TRUE(refused(Pull(limits::leases_per_worker_max + 1)));
+    EXPECT_TRUE(refused(Pull(1, limits::threads_behind_relay_max + 1, 1)));
+    EXPECT_TRUE(refused(Pull(1, 1, 0)));
     EXPECT_TRUE(refused(Lease(1, 1, 1, {0, 5, 0}, 0))) << "an empty range";
     EXPECT_TRUE(refused(Lease(1, 1, 1, {0, std::numeric_limits<std::uint64_t>::max(), 2}, 0))) << "overflow";
     EXPECT_TRUE(refused(Lease(1, 1, 1, {limits::lights_max + limits::subspaces_max, 0, 1}, 0)));
     Lease too_few = test::sample_lease_of_flights();
     too_few.flights.pop_back();
     EXPECT_TRUE(refused(too_few)) << "one of its particles is missing";
-    EXPECT_TRUE(refused(PartsHeld(1, {3, 3}, 0)));
-    EXPECT_TRUE(refused(PartsHeld(1, {limits::subspaces_max}, 0)));
+    EXPECT_TRUE(refused(PartsHeld(1, {3, 3}, 0, false)));
+    EXPECT_TRUE(refused(PartsHeld(1, {limits::subspaces_max}, 0, false)));
     EXPECT_TRUE(refused(ResultFlights(part, 0, {})));
     EXPECT_TRUE(refused(ReturnLeases(ReturnReason::ending, {})));
     EXPECT_TRUE(refused(ResultHits(part, 0, {}, {})));

@@ -58,6 +58,7 @@ inline wire::WorkerStatus sample_worker_status() {
     status.name = "office-3";
     status.address = "192.168.1.17:50123";
     status.state = wire::WorkerState::working;
+    status.role = wire::Role::relay;
     status.threads = 8;
     status.memory_bytes = std::uint64_t{16} << 30;
     status.isa = "avx2";
@@ -113,11 +114,11 @@ inline std::vector<wire::Message> sample_messages() {
         Heartbeat(17),
         HeartbeatReply(17),
         Refusal(RefusalReason::no_such_file, "there is no such file", sha256(std::as_bytes(std::span("abc")))),
-        Pull(4),
+        Pull(4, 40, 20),
         JobInfo(12, sample_digest(9), 100'000, sample_spec(), 0.05, 2.0),
         Lease(4, 2, 12, {1, 5'000, 100}, 1u << 30),
         sample_lease_of_flights(),
-        PartsHeld(12, {0, 3, 7}, 1'000'000),
+        PartsHeld(12, {0, 3, 7}, 1'000'000, true),
         JobGone(12),
         ReturnLeases(ReturnReason::no_scene, {{4, 2}, {5, 1}}),
         Progress(1.5e6, {{1, 4, 50}, {2, 5, 0}}),

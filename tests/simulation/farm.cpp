@@ -24,8 +24,15 @@ bool over(const JobRecord* record) { return record && record->over(); }
 Farm::Farm(const std::vector<ClientPlan>& clients, const FarmOptions& options)
     : options_(options), world_(options.seed), checks_(world_, clients.size()) {
     world_.network.set_latency(options.latency_s, options.latency_spike_s);
+    for (std::size_t i = 0; i < options.relays; ++i) {
+        const bool second = i == 1 && options.relay_of_relay;
+        relays_.emplace_back(world_, checks_, i, second ? relays_.front().below() : world_.network,
+                             options.relay_bytes_in_flight);
+        relays_.back().below().set_latency(options.latency_s, options.latency_spike_s);
+    }
     for (std::size_t i = 0; i < options.workers; ++i)
-        workers_.emplace_back(world_, checks_, i, options.threads, options.memory_bytes, i < options.parts_only);
+        workers_.emplace_back(world_, checks_, network_of(i), i, options.threads, options.memory_bytes,
+                              i < options.parts_only);
     for (std::size_t i = 0; i < clients.size(); ++i)
         clients_.push_back(std::make_unique<SimulatedClient>(world_, i, first_client_key + i, clients[i]));
     if (options.first_lies_one_in > 0) {
@@ -33,9 +40,26 @@ Farm::Farm(const std::vector<ClientPlan>& clients, const FarmOptions& options)
         checks_.somebody_lies();
     }
     master_ = std::make_unique<SimulatedMaster>(world_, checks_, options.seed, options.master);
+    for (std::size_t i = 0; i < relays_.size(); ++i)
+        world_.clock.at(world_.chance.uniform(0, 1), [this, i] { start_relay(i); });
     for (std::size_t i = 0; i < workers_.size(); ++i)
         world_.clock.at(world_.chance.uniform(0, 1), [this, i] { start_worker(i); });
     begin_storms();
+}
+
+std::optional<std::size_t> Farm::relay_of(std::size_t worker) const {
+    // the last relay has the first worker, so that a farm of one worker tries it
+    const std::size_t place = worker % (relays_.size() + 1);
+    return place == relays_.size() ? std::nullopt : std::optional(relays_.size() - 1 - place);
+}
+
+SimulatedNetwork& Farm::network_of(std::size_t worker) {
+    const auto relay = relay_of(worker);
+    return relay ? relays_[*relay].below() : world_.network;
+}
+
+void Farm::start_relay(std::size_t index) {
+    if (!relays_[index].alive()) relays_[index].start(next_instance_++);
 }
 
 void Farm::start_worker(std::size_t index) {
@@ -76,6 +100,10 @@ void Farm::check_step() {
         if (!worker.core()) continue;
         if (const auto fault = worker.core()->contradiction()) checks_.violated(*fault);
     }
+    for (const SimulatedRelay& relay : relays_) {
+        if (!relay.alive()) continue;
+        if (const auto fault = relay.core()->contradiction()) checks_.violated("a relay's " + *fault);
+    }
     if (!master_is_calm()) master_calm_since_s_ = now_s();
     check_progress();
     check_answers();
@@ -96,16 +124,27 @@ void Farm::check_progress() {
     }
     if (std::exchange(progress_, achieved) != achieved || !waiting) progress_s_ = now_s();
     double fit_since_s = std::numeric_limits<double>::infinity();
-    for (const SimulatedWorker& worker : workers_)
-        if (worker.traces()) fit_since_s = std::min(fit_since_s, calm_since_s_[worker.host()]);
+    for (std::size_t i = 0; i < workers_.size(); ++i)
+        if (workers_[i].traces()) fit_since_s = std::min(fit_since_s, calm_since_s(i));
     const double since_s = std::max({progress_s_, fit_since_s, master_calm_since_s_});
-    if (now_s() <= since_s + progress_seconds_max) return;
+    if (now_s() <= since_s + progress_seconds_max * static_cast<double>(1 + relays_.size())) return;
     std::string why;
     for (const auto& client : clients_)
         if (const auto status = core ? core->status(client->job(), now_s()) : std::nullopt)
             why += "; " + status->sentence;
     checks_.violated("nothing is achieved for " + std::to_string(progress_seconds_max) +
                      " s, and a worker lives and is reached" + why);
+}
+
+/// Since when neither it nor a relay above it was in trouble.
+double Farm::calm_since_s(std::size_t worker) {
+    double since_s = calm_since_s_[workers_[worker].host()];
+    const auto relay = relay_of(worker);
+    for (std::size_t i = 0; relay && i <= *relay; ++i) {
+        if (!relays_[i].alive()) return std::numeric_limits<double>::infinity();
+        since_s = std::max({since_s, relays_[i].up_since_s(), calm_since_s_[relays_[i].host()]});
+    }
+    return since_s;
 }
 
 void Farm::check_answers() {

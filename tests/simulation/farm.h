@@ -4,6 +4,7 @@
 #include "tests/simulation/farm_checks.h"
 #include "tests/simulation/simulated_client.h"
 #include "tests/simulation/simulated_master.h"
+#include "tests/simulation/simulated_relay.h"
 #include "tests/simulation/simulated_worker.h"
 #include "tests/simulation/world.h"
 
@@ -13,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -26,6 +28,9 @@ struct FarmOptions {
     std::uint64_t seed = 1;
     std::size_t workers = 3;
     std::uint32_t threads = 2;
+    std::size_t relays = 0;       ///< between the master and all workers but some
+    bool relay_of_relay = false;  ///< the second relay's master is the first one
+    std::size_t relay_bytes_in_flight = limits::relay_bytes_in_flight;
     std::uint64_t memory_bytes = 0;                ///< of each worker; 0: no limit
     std::size_t parts_only = 0;                    ///< so many of the workers never take a scene whole
     double slice_s_min = 0.01, slice_s_max = 0.2;  ///< of a worker's tracing
@@ -38,8 +43,9 @@ struct FarmOptions {
     double seconds_between_drops = 0;                                ///< of connections; 0 here and below: never
     double seconds_between_partitions = 0;                           ///< of some hosts, in one or both directions
     double partition_seconds_max = 60;
-    double seconds_between_crashes = 0;     ///< of workers, which start again as new processes
-    double machine_crashes = 0;             ///< fraction of these that takes the machine along
+    double seconds_between_crashes = 0;  ///< of workers, which start again as new processes
+    double machine_crashes = 0;          ///< fraction of these and the next that takes the machine along
+    double seconds_between_relay_crashes = 0;
     double seconds_between_power_cuts = 0;  ///< of the master; it starts again with what the disk has left
     double seconds_between_full_disks = 0;  ///< for some seconds each
     MasterConditions master;
@@ -72,6 +78,8 @@ public:
     Solution solution() { return solution_of(*clients_.front()); }
 
     void drain_worker(std::size_t index) { workers_[index].drain(); }
+    void drain_relay(std::size_t index) { relays_[index].drain(); }
+    bool relay_is_alive(std::size_t index) const { return relays_[index].alive(); }
     const MasterCore& master() const { return *master_->core(); }
     const std::vector<std::string>& violations() const { return checks_.violations(); }
     const History& history() const { return world_.history; }
@@ -85,6 +93,7 @@ private:
     void repeat(double mean_s, std::function<void()> event);
     void drop_one();
     void crash_one();
+    void crash_relay();
     void cut_power();
     void fill_disk();
     void partition();
@@ -93,6 +102,11 @@ private:
     void trouble(HostId host, double until_s) { calm_since_s_[host] = std::max(calm_since_s_[host], until_s); }
 
     void start_worker(std::size_t index);
+    void start_relay(std::size_t index);
+    /// The relay that is the worker's master; none: the farm's master is.
+    std::optional<std::size_t> relay_of(std::size_t worker) const;
+    SimulatedNetwork& network_of(std::size_t worker);
+    double calm_since_s(std::size_t worker);
     bool over() const;
     void check_step();
     void check_progress();
@@ -104,6 +118,7 @@ private:
     FarmOptions options_;
     World world_;
     FarmChecks checks_;
+    std::deque<SimulatedRelay> relays_;
     std::deque<SimulatedWorker> workers_;
     std::vector<std::unique_ptr<SimulatedClient>> clients_;
     std::unique_ptr<SimulatedMaster> master_;

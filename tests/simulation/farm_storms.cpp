@@ -10,6 +10,7 @@ namespace lumenfarm::testing {
 void Farm::begin_storms() {
     repeat(options_.seconds_between_drops, [this] { drop_one(); });
     repeat(options_.seconds_between_crashes, [this] { crash_one(); });
+    if (!relays_.empty()) repeat(options_.seconds_between_relay_crashes, [this] { crash_relay(); });
     repeat(options_.seconds_between_power_cuts, [this] { cut_power(); });
     repeat(options_.seconds_between_full_disks, [this] { fill_disk(); });
     repeat(options_.seconds_between_partitions, [this] { partition(); });
@@ -37,6 +38,22 @@ void Farm::drop_one() {
     const HostId host = one < 4 * workers_.size() ? host_of_worker(one / 4) : host_of_client(one - 4 * workers_.size());
     trouble(host, now_s());
     world_.network.cut(host);
+    for (SimulatedRelay& relay : relays_) relay.below().cut(host);
+    if (relays_.empty() || !world_.chance.happens(0.3)) return;
+    const std::size_t index = world_.chance.number(0, relays_.size() - 1);
+    trouble(host_of_relay(index), now_s());
+    world_.network.cut(host_of_relay(index));
+    relays_.front().below().cut(host_of_relay(index));
+}
+
+void Farm::crash_relay() {
+    const std::size_t index = world_.chance.number(0, relays_.size() - 1);
+    if (!relays_[index].alive()) return;
+    const bool machine_too = world_.chance.happens(options_.machine_crashes);
+    relays_[index].end(machine_too);
+    const double down_s = world_.chance.exponential(machine_too ? 10 : 1);
+    trouble(host_of_relay(index), now_s() + down_s);
+    world_.clock.after(down_s, [this, index] { start_relay(index); });
 }
 
 void Farm::crash_one() {
@@ -71,12 +88,17 @@ void Farm::partition() {
     };
     for (std::size_t i = 0; i < workers_.size(); ++i) perhaps(host_of_worker(i));
     for (std::size_t i = 0; i < clients_.size(); ++i) perhaps(host_of_client(i));
+    for (std::size_t i = 0; i < relays_.size(); ++i) perhaps(host_of_relay(i));
 }
 
 void Farm::block(HostId host, bool to_master, bool to_peer, double seconds) {
     trouble(host, now_s() + seconds);
     if (to_master) world_.network.block(host, Side::master, seconds);
     if (to_peer) world_.network.block(host, Side::peer, seconds);
+    for (SimulatedRelay& relay : relays_) {
+        if (to_master) relay.below().block(host, Side::master, seconds);
+        if (to_peer) relay.below().block(host, Side::peer, seconds);
+    }
 }
 
 }  // namespace lumenfarm::testing

@@ -42,6 +42,31 @@ TEST(Farm, CalmFarmsGiveTheResultOfOneTracer) {
     }
 }
 
+TEST(Farm, RelaysGiveTheResultOfOneTracer) {
+    for (std::uint64_t seed = 0; seed < 64; ++seed) {
+        SCOPED_TRACE(seed);
+        JobSpec spec = small_job(seed);
+        // each way with each other
+        spec.packing = seed & 1 ? Packing::maps : Packing::records;
+        if (seed & 2) {
+            spec.strategy = Strategy::subspaces;
+            spec.subspaces = 1 + static_cast<std::uint32_t>(seed % 12);
+        }
+        FarmOptions options;
+        options.seed = seed;
+        options.relays = seed & 4 ? 2 : 1;
+        options.relay_of_relay = seed & 8;
+        options.workers = 1 + seed / 16 % 4;
+        options.threads = 1 + static_cast<std::uint32_t>(seed % 3);
+        Farm farm(spec, options);
+        expect_done(farm);
+        EXPECT_EQ(farm.master().discarded(Discard::result_invalid), 0u);
+        EXPECT_EQ(farm.master().discarded(Discard::result_stale), 0u);
+        EXPECT_EQ(farm.master().discarded(Discard::protocol_error), 0u);
+        EXPECT_EQ(farm.master().discarded(Discard::lease_expired), 0u);
+    }
+}
+
 TEST(Farm, DroppedConnectionsAndCrashedWorkersChangeNoBit) {
     std::uint64_t refused = 0;
     for (std::uint64_t seed = 1; seed <= 80; ++seed) {

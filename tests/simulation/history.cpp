@@ -13,6 +13,7 @@ std::string_view name_of(Who who) {
         case Who::network: return "connection";
         case Who::master: return "master";
         case Who::disk: return "disk";
+        case Who::relay: return "relay";
         case Who::worker: return "worker";
         case Who::client: return "client";
     }

@@ -11,7 +11,7 @@
 /// The last things that happened in a simulated farm: to be read when a seed fails.
 namespace lumenfarm::testing {
 
-enum class Who : std::uint8_t { farm, network, master, disk, worker, client };
+enum class Who : std::uint8_t { farm, network, master, disk, relay, worker, client };
 
 class History {
 public:

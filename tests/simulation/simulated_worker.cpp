@@ -36,14 +36,14 @@ void SimulatedWorker::start(WorkerId instance, double slice_s) {
     slots_.resize(threads_);
     for (SlotRun& slot : slots_)
         slot.slot = std::make_unique<TraceSlot>(SlotClocks{[this] { return world_.now_s(); }, [] { return 0.0; }});
-    connection_ = world_.network.connect(host(), *this);
+    connection_ = network_.connect(host(), *this);
     tick();
 }
 
 void SimulatedWorker::end(bool machine_too) {
     if (!core_) return;
     world_.note(Who::worker, index_, machine_too ? "loses its power" : "is killed");
-    machine_too ? world_.network.vanish(connection_, Side::peer) : world_.network.kill(connection_, Side::peer);
+    machine_too ? network_.vanish(connection_, Side::peer) : network_.kill(connection_, Side::peer);
     connection_ = 0;
     ++life_;
     core_.reset();
@@ -82,14 +82,14 @@ void SimulatedWorker::on_close(ConnectionId, const std::optional<wire::Goodbye>&
 
 void SimulatedWorker::connect_later() {
     later(net::reconnect_delay_seconds(attempts_++, world_.chance.uniform(0, 1)),
-          [this] { connection_ = world_.network.connect(host(), *this); });
+          [this] { connection_ = network_.connect(host(), *this); });
 }
 
 void SimulatedWorker::send(wire::Message message) {
     if (const auto* done = std::get_if<wire::ResultDone>(&message)) checks_.on_offer(instance_, *done);
     if (std::holds_alternative<wire::ManifestRequest>(message))
         checks_.on_files_asked(++files_asked_, sessions_ + files_missed_);
-    world_.network.send(connection_, Side::peer, std::move(message));
+    network_.send(connection_, Side::peer, std::move(message));
 }
 
 // The core's effects
@@ -97,7 +97,7 @@ void SimulatedWorker::send(wire::Message message) {
 void SimulatedWorker::carry_out(worker::Effects effects) {
     const std::uint64_t life = life_;
     for (worker::Effect& effect : effects) std::visit([&](auto& each) { carry_out(each); }, effect);
-    while (life == life_ && connection_ != 0 && !world_.network.congested(connection_, Side::peer)) {
+    while (life == life_ && connection_ != 0 && !network_.congested(connection_, Side::peer)) {
         auto part = core_->next_bulk();
         if (!part) return;
         send(std::move(*part));
@@ -170,7 +170,7 @@ void SimulatedWorker::carry_out(worker::PreparePart& prepare) {
 
 void SimulatedWorker::carry_out(worker::Finished&) {
     world_.note(Who::worker, index_, "has nothing left to do");
-    world_.network.close(connection_, Side::peer, wire::Goodbye(wire::GoodbyeReason::done));
+    network_.close(connection_, Side::peer, wire::Goodbye(wire::GoodbyeReason::done));
     connection_ = 0;
     drained_ = true;
     ++life_;

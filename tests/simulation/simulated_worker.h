@@ -15,11 +15,12 @@ namespace lumenfarm::testing {
 
 class SimulatedWorker : public NetworkEnd {
 public:
-    /// `memory_bytes`: 0 is no limit.
-    SimulatedWorker(World& world, FarmChecks& checks, std::size_t index, std::uint32_t threads,
-                    std::uint64_t memory_bytes, bool parts_only)
+    /// `network`: where its master listens. `memory_bytes`: 0 is no limit.
+    SimulatedWorker(World& world, FarmChecks& checks, SimulatedNetwork& network, std::size_t index,
+                    std::uint32_t threads, std::uint64_t memory_bytes, bool parts_only)
         : world_(world),
           checks_(checks),
+          network_(network),
           index_(index),
           threads_(threads),
           memory_bytes_(memory_bytes),
@@ -75,6 +76,7 @@ private:
 
     World& world_;
     FarmChecks& checks_;
+    SimulatedNetwork& network_;
     std::size_t index_;
     std::uint32_t threads_;
     std::uint64_t memory_bytes_;

@@ -27,6 +27,7 @@ struct World {
 };
 
 constexpr HostId host_of_worker(std::size_t index) { return 1 + index; }
+constexpr HostId host_of_relay(std::size_t index) { return 500 + index; }
 constexpr HostId host_of_client(std::size_t index) { return 1'000 + index; }
 
 }  // namespace lumenfarm::testing

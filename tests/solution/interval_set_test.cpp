@@ -53,6 +53,9 @@ TEST(IntervalSet, AgreesWithABitmapOverRandomRanges) {
         const bool inserted = i % 3 == 0 && set.insert(begin, end);
         EXPECT_EQ(inserted, i % 3 == 0 && !any && begin < end);
         for (auto k = begin; inserted && k < end; ++k) there[k] = true;
+        const bool erased = i % 6 == 1 && set.erase(begin, end);
+        EXPECT_EQ(erased, i % 6 == 1 && all && begin < end);
+        for (auto k = begin; erased && k < end; ++k) there[k] = false;
     }
     EXPECT_EQ(set.size(), static_cast<std::uint64_t>(std::count(there.begin(), there.end(), true)));
     for (std::size_t i = 1; i < set.intervals().size(); ++i)
