@@ -60,6 +60,13 @@ struct ServeChunk {
 /// Load and derive what the job needs, and find what earlier lives of the master have kept of it. Answer: on_prepared.
 struct Prepare {
     JobRecord job;
+    std::optional<double> recut_above = {};  ///< cut it anew if the hits so far are shared out less evenly,
+    std::uint64_t recut_hits = 0;            ///< and there are so many
+};
+
+/// Look how evenly the subspaces share the hits out. Answer: on_cut_measured.
+struct MeasureCut {
+    JobId job = 0;
 };
 
 /// Take results of a job out again, as if they had never been. Answer: on_retracted.
@@ -123,8 +130,9 @@ struct Discarded {
     std::string sentence;  ///< may be empty
 };
 
-using Effect = std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, StoreResult, Retract,
-                            StoreLeases, StoreSnapshot, StoreRecord, PutAside, RemoveJob, StoreSolution, Discarded>;
+using Effect =
+    std::variant<Send, Close, Admit, StoreChunk, ServeManifest, ServeChunk, Prepare, MeasureCut, StoreResult, Retract,
+                 StoreLeases, StoreSnapshot, StoreRecord, PutAside, RemoveJob, StoreSolution, Discarded>;
 using Effects = std::vector<Effect>;
 
 }  // namespace lumenfarm

@@ -20,7 +20,9 @@ JobLog::JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job,
       spec_(job.spec),
       scene_(job.status.scene),
       keeps_results_(job.audited),
-      sums_(spec_, std::move(prepared)) {}
+      sums_(spec_, std::move(prepared)) {
+    if (sums_.prepared().subspaces) cut_ = sums_.prepared().subspaces->partition();
+}
 
 std::filesystem::path JobLog::path(std::uint64_t segment) const {
     return folder_ / (std::to_string(job_) + "-" + std::to_string(segment));
@@ -43,6 +45,7 @@ Result<void> JobLog::find_segments() {
 Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kept, const FileStore& files) {
     if (const auto found = find_segments(); !found) return found.error();
     sums_ = JobSums(spec_, sums_.prepared_job());
+    if (sums_.prepared().subspaces) cut_ = sums_.prepared().subspaces->partition();
     snapshot_.reset();
     cut_short_ = false;
     const auto is_cut_short = [&](const std::vector<std::string>& damages) {
@@ -83,8 +86,14 @@ Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore&
     if (!same_but_for_particles(its, spec_) || its.particles > spec_.particles)
         return bad_input("it is of another job");
     sums_.restore(std::move(read->solution), std::move(read->flights), std::move(read->ended));
+    if (!read->cut.nodes().empty()) cut_ = std::move(read->cut);
     snapshot_ = snapshot.file;
     return {};
+}
+
+void JobLog::cut_by(Partition cut) {
+    sums_.file_by(cut);
+    cut_ = std::move(cut);
 }
 
 Result<void> JobLog::recover_result(const StoredResult& stored) {
@@ -143,7 +152,7 @@ JobLog::Encoded JobLog::solution(const JobEffort& effort) {
 }
 
 std::vector<std::byte> JobLog::snapshot_bytes(const JobEffort& effort) {
-    return encode_snapshot(solution(effort).bytes, sums_.flights(), sums_.ended());
+    return encode_snapshot(solution(effort).bytes, cut_, sums_.flights(), sums_.ended());
 }
 
 bool JobLog::snapshot_pays() const {

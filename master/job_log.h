@@ -60,6 +60,10 @@ public:
     Result<void> remove_segments();
 
     const JobSums& sums() const { return sums_; }
+    /// What flights are filed by; empty without subspaces.
+    const Partition& cut() const { return cut_; }
+    /// Files them anew. Does not last before a snapshot does. REQUIRES: as many subspaces.
+    void cut_by(Partition cut);
     /// What recover() left out is still on the disk. A snapshot ends that.
     bool cut_short() const { return cut_short_; }
 
@@ -77,6 +81,7 @@ private:
     Digest scene_;
     bool keeps_results_;
     JobSums sums_;
+    Partition cut_;
     std::optional<Segment> segment_;    ///< of this life, since the last snapshot
     std::set<std::uint64_t> segments_;  ///< on the disk
     std::uint64_t next_result_ = 0;

@@ -207,10 +207,12 @@ Result<void> JobStore::write_snapshot(JobId job, const Snapshot& snapshot) {
     return put->bind(job).bind(snapshot.next_result).bind(file).bind(checksum(job, snapshot)).run();
 }
 
-Result<void> JobStore::checkpoint(JobId job, const Snapshot& snapshot, bool keep_results) {
+Result<void> JobStore::checkpoint(JobId job, const Snapshot& snapshot, bool keep_results, bool end_leases) {
     auto all = database_.begin();
     if (!all) return all.error();
     if (auto written = write_snapshot(job, snapshot); !written) return written;
+    if (end_leases)
+        if (auto removed = remove_rows("DELETE FROM leases WHERE job = ?", std::array{job}); !removed) return removed;
     if (keep_results) return all->commit();
     if (auto removed =
             remove_rows("DELETE FROM results WHERE job = ? AND number < ?", std::array{job, snapshot.next_result});

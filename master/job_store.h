@@ -69,8 +69,8 @@ public:
     Result<void> commit(std::span<const StoredResult> results, std::span<const StoredLease> given,
                         std::span<const LeaseId> ended);
     /// The snapshot takes the place of an older one and of the results in it.
-    /// `keep_results`: they stay beside it.
-    Result<void> checkpoint(JobId job, const Snapshot& snapshot, bool keep_results);
+    /// `keep_results`: they stay beside it. `end_leases`: those of the job are none any more.
+    Result<void> checkpoint(JobId job, const Snapshot& snapshot, bool keep_results, bool end_leases);
     /// Writes the record, and forgets the job's snapshot and the results of the machines, or all.
     Result<void> retract(const JobRecord& record, const std::set<MachineId>& machines, bool all_results);
 

@@ -111,6 +111,20 @@ void JobSums::restore(Solution solution) {
     time_ = solution.time;
 }
 
+void JobSums::file_by(const Partition& cut) {
+    std::vector<FlightQueues::Flights> filed(flights_.subspaces());
+    for (std::uint32_t subspace = 0; subspace < flights_.subspaces(); ++subspace)
+        for (const auto& gap : ended_[subspace].gaps(0, flights_.filed(subspace)))
+            for (const wire::FlightRecord& record : flights_.at(subspace, gap.begin, gap.end - gap.begin)) {
+                const Flight flight = wire::unpack_flight(record);
+                filed[cut.at(flight.origin, flight.direction, flight.travelled_m).subspace].push_back(record);
+            }
+    flights_ = FlightQueues(filed.size());
+    ended_.assign(filed.size(), {});
+    for (std::uint32_t subspace = 0; subspace < filed.size(); ++subspace)
+        if (!filed[subspace].empty()) flights_.file(subspace, std::move(filed[subspace]));
+}
+
 std::uint64_t JobSums::bytes() const {
     return sums_.texels().size() * sizeof(TexelSums) + sums_.surfaces().size() * sizeof(SurfaceBatches) +
            std::min<std::uint64_t>(spec_.keep_hits, balance_.hits) * sizeof(KeptHit);

@@ -29,6 +29,10 @@ public:
     void restore(Solution solution);
     void restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended);
 
+    /// Files what is in flight anew, by another cut in as many subspaces, and numbers it from 0.
+    void file_by(const Partition& cut);
+
+    const LightMap& sums() const { return sums_; }
     const PreparedJob& prepared() const { return *prepared_; }
     const std::shared_ptr<const PreparedJob>& prepared_job() const { return prepared_; }
     const std::vector<IntervalSet>& committed() const { return committed_; }  ///< by light

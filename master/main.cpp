@@ -34,6 +34,13 @@ void declare_keeping(CLI::App& app, lumenfarm::MasterOptions& options, CLI::Opti
         ->check(CLI::Range(0.1, 86'400.0))
         ->capture_default_str()
         ->excludes(upstream);
+    app.add_option("--recut-above", options.recut_above,
+                   "strategy subspaces: cut a scene anew when the largest share of a subspace in the hits so far is so "
+                   "many times the mean; 0: never")
+        ->envname("LUMENFARM_RECUT_ABOVE")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str()
+        ->excludes(upstream);
     app.add_option("--audit-fraction", options.audit_fraction,
                    "of the results are traced again by a second worker, to find workers whose results are wrong")
         ->envname("LUMENFARM_AUDIT_FRACTION")

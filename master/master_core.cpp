@@ -79,6 +79,7 @@ Effects MasterCore::tick(double now_s) {
         sample_rate(job, now_s);
         store_snapshot(job, now_s);
         pause_if_stuck(job, now_s);
+        look_at_cut(job, now_s);
         if (job.phase == Phase::running && drains(job) && now_s >= job.end_by_s) {
             job.gives_flights_up = true;
             wind_up(job, now_s);

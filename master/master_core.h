@@ -34,7 +34,10 @@ struct MasterPolicy {
     double audit_fraction = 0;                             ///< of the results are traced again by another worker
     std::uint64_t audit_key = 0;                           ///< random: nobody knows which, nor what they are reduced to
     std::int64_t started_unix_seconds = 0;                 ///< when the clock of the events was 0
-    std::optional<double> keep_seconds;                    ///< jobs that ended longer ago are removed
+    std::optional<double> recut_above;        ///< subspaces whose hits are shared out less evenly are cut anew
+    double recut_seconds = 10;                ///< between two looks at that
+    std::uint64_t recut_hits = 20'000;        ///< fewer say nothing
+    std::optional<double> keep_seconds;       ///< jobs that ended longer ago are removed
     std::optional<std::uint64_t> keep_bytes;  ///< while solutions take more, the job that ended first is removed
     std::string upstream;        ///< of a relay: its master above, to which submitters are sent; empty: none
     std::uint64_t instance = 0;  ///< of a relay: what it says in its own Hello
@@ -65,6 +68,7 @@ public:
     /// `missing`: chunks that have to be uploaded first; empty when the record was stored. An error refuses the job.
     Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
     Effects on_prepared(JobId job, Result<RecoveredJob> recovered, double now_s);
+    Effects on_cut_measured(const MeasureCut& measure, const Balance& balance, double now_s);
     // Errors of the following: no_space (the same is asked for again, later). The master does not outlive others.
     /// `stored`: what became of each job that has results among the tickets.
     Effects on_results_stored(std::span<const std::uint64_t> tickets, const Result<std::map<JobId, Merged>>& stored,
@@ -159,6 +163,8 @@ private:
         bool solution_waits = false;           ///< for space on the disk
         JobEffort effort;                      ///< storing: for the solution
         double snapshot_s = 0;                 ///< when the last one was asked for
+        double measured_s = 0;                 ///< when its cut was looked at
+        std::uint64_t cut_at_hits = 0;         ///< how many there were when it was cut
         std::vector<std::pair<double, std::uint64_t>> committed_at;  ///< for the rate
 
         bool may_begin() const { return phase == Phase::queued && !record.paused && !basis; }
@@ -216,6 +222,7 @@ private:
     static bool drains(const Job& job);
     static void begin_draining(Job& job, double now_s);
     static bool has_drained(const Job& job);
+    void look_at_cut(Job& job, double now_s);
 
     // workers (master_work.cpp)
     void give_twins(double now_s);

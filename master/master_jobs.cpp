@@ -95,7 +95,7 @@ void MasterCore::prepare_next(double now_s) {
         next->phase = Phase::preparing;
         if (!next->record.begun)
             next->record.audited = policy_.audit_fraction > 0 && next->record.spec.strategy == Strategy::sets;
-        return effects_.push_back(Prepare{next->record});
+        return effects_.push_back(Prepare{next->record, policy_.recut_above, policy_.recut_hits});
     }
     // the least of those that run makes room for one that should go before it; one at a time
     const bool goes_before = lowest && std::any_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
@@ -124,6 +124,7 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     void_leases |= !recovered->damages.empty() && record.spec.keep_hits > 0;
     // flights may have other numbers now
     void_leases |= !recovered->damages.empty() && recovered->prepared->subspaces.has_value();
+    void_leases |= recovered->recut.has_value();
     if (void_leases) {
         StoreLeases ended;
         for (const GivenLease& lease : std::exchange(recovered->leases, {})) ended.ended.push_back(lease.lease);
@@ -138,7 +139,7 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     job->phase = ends ? Phase::ending : Phase::running;
     job->end_by_s = now_s + limits::finish_seconds;
     if (!ends && drains(*job)) begin_draining(*job, now_s);
-    job->snapshot_s = now_s;
+    job->snapshot_s = job->measured_s = now_s;
     job->resumes = false;
     record.status.set_aside.clear();
     record.status.sentence.clear();

@@ -55,6 +55,7 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.set_target_seconds = options.set_target_seconds;
     policy.flush_seconds = options.flush_seconds;
     policy.checkpoint_seconds = options.checkpoint_seconds;
+    policy.recut_above = options.recut_above > 0 ? std::optional(options.recut_above) : std::nullopt;
     policy.audit_fraction = options.audit_fraction;
     std::random_device entropy;
     policy.audit_key = std::uint64_t{entropy()} << 32 | entropy();

@@ -18,6 +18,38 @@ bool MasterCore::has_drained(const Job& job) {
     return job.active->ledger().outstanding() == 0 && job.active->ledger().in_flight() == 0;
 }
 
+/// While workers hold parts of the scene, and much of the job is to come. Twice as many hits as at the last cut know
+/// more.
+void MasterCore::look_at_cut(Job& job, double now_s) {
+    const bool may = policy_.recut_above && job.phase == Phase::running && job.active->prepared().subspaces &&
+                     !job.lent && !job.record.cancel_asked && !no_space_;
+    if (!may || now_s < job.measured_s + policy_.recut_seconds) return;
+    job.measured_s = now_s;
+    const Ledger& ledger = job.active->ledger();
+    const std::uint64_t hits = job.active->balance().hits;
+    if (2 * ledger.committed_particles() > ledger.particles() || hits < policy_.recut_hits ||
+        hits < 2 * job.cut_at_hits)
+        return;
+    const bool in_parts = std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+        const Worker* worker = entry.second.worker();
+        const auto parts = worker ? worker->parts.find(job.record.id()) : std::map<JobId, Parts>::const_iterator();
+        return worker && parts != worker->parts.end() && !parts->second.all;
+    });
+    if (in_parts) effects_.push_back(MeasureCut{job.record.id()});
+}
+
+/// The job is put aside, and cut when it goes on.
+Effects MasterCore::on_cut_measured(const MeasureCut& measure, const Balance& balance, double now_s) {
+    Job* job = find(measure.job);
+    const bool runs = job && job->phase == Phase::running && !job->record.cancel_asked;
+    if (runs && policy_.recut_above && balance.is_worth_a_cut(*policy_.recut_above)) {
+        job->cut_at_hits = job->active->balance().hits;
+        job->resumes = true;
+        wind_up(*job, now_s);
+    }
+    return settle_and_take(now_s);
+}
+
 /// The fullest of the subspaces that the worker has, while it is worth a set. Else the fullest that it has memory for.
 /// Else a light, unless too much is in flight. Else the fullest of all: the worker gives up what it has for it.
 std::optional<std::uint32_t> MasterCore::next_source(const Job& job, const Worker& worker) const {

@@ -6,16 +6,18 @@
 
 namespace lumenfarm {
 
-Result<WorkerFiles> put_plan(FileStore& files, const JobRecord& job, const PreparedJob& prepared) {
+Result<WorkerFiles> put_plan(FileStore& files, const JobRecord& job, const PreparedJob& prepared,
+                             const Partition& cut) {
     const Scene& scene = prepared.scene;
     ScenePlan plan;
     plan.palette = palette_of(scene);
     plan.extent = scene_extent(scene);
     for (const Surface& surface : scene.surfaces) plan.first_triangle.push_back(surface.first_triangle);
     plan.first_triangle.push_back(static_cast<std::uint32_t>(scene.triangles.size()));
-    plan.partition = prepared.subspaces->partition();
+    plan.partition = cut;
     plan.whole = {job.status.scene, job.scene_bytes, plan.first_triangle.back()};
-    for (const auto& triangles : prepared.subspaces->triangles(scene, part_margin_m(plan.extent))) {
+    const Subspaces subspaces = Subspaces::of(prepared.subspaces->root(), cut);
+    for (const auto& triangles : subspaces.triangles(scene, part_margin_m(plan.extent))) {
         const std::vector<std::byte> bytes = encode_part(part_of(scene, triangles));
         const auto file = files.put(bytes);
         if (!file) return file.error();

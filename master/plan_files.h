@@ -7,7 +7,8 @@
 /// active; each life of the master makes them anew, the same to the bit.
 namespace lumenfarm {
 
-/// Puts the plan of a job and a part for each subspace. REQUIRES: the job has subspaces. Errors: no_space, failed.
-Result<WorkerFiles> put_plan(FileStore& files, const JobRecord& job, const PreparedJob& prepared);
+/// Puts the plan of a job and a part for each subspace of the cut. REQUIRES: the job has as many subspaces. Errors:
+/// no_space, failed.
+Result<WorkerFiles> put_plan(FileStore& files, const JobRecord& job, const PreparedJob& prepared, const Partition& cut);
 
 }  // namespace lumenfarm

@@ -10,8 +10,6 @@ namespace lumenfarm {
 
 namespace {
 
-constexpr std::uint32_t automatic_subspaces = 64;
-
 /// With leaves as fine as so many subspaces need, if there can be.
 WeightedOctree weigh(const Scene& scene, const Emission& emission, std::uint32_t subspaces) {
     std::vector<double> shares;

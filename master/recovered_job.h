@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,15 @@ struct WorkerFiles {
     std::vector<PartFile> parts;  ///< by subspace
 };
 
+/// How evenly a cut in subspaces shares the hits so far out: their largest share over the mean.
+struct Balance {
+    double now = 1;      ///< by the cut in force, or before it was cut anew
+    double learned = 1;  ///< by the cut that these hits give
+
+    /// Uneven, and a new cut would be a good deal better.
+    bool is_worth_a_cut(double above) const { return now > above && 1.1 * (learned - 1) < now - 1; }
+};
+
 /// A job that may begin, or go on where an earlier life of the master left it.
 struct RecoveredJob {
     std::shared_ptr<const PreparedJob> prepared;
@@ -53,6 +63,7 @@ struct RecoveredJob {
     std::uint64_t keep_threshold = 0;
     std::vector<GivenLease> leases;
     std::vector<std::string> damages;  ///< what was lost, one sentence each; its particles are traced again
+    std::optional<Balance> recut;      ///< it was cut in subspaces anew, and what is in flight has new numbers
 };
 
 }  // namespace lumenfarm

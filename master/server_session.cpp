@@ -214,8 +214,24 @@ void MasterServer::Running::carry_out(Prepare prepare) {
                    spdlog::info("job {} {} {} particles; {}", job,
                                 recovered->balance.particles > 0 ? "goes on after" : "begins with",
                                 recovered->balance.particles, recovered->prepared->octree);
+                   if (recovered->recut)
+                       spdlog::info(
+                           "job {} is cut in subspaces anew: of the hits so far the largest share was {:.2f} times the "
+                           "mean, and is {:.2f} now",
+                           job, recovered->recut->now, recovered->recut->learned);
                }
                carry_out(core_.on_prepared(job, std::move(recovered), now_s()));
+           });
+}
+
+void MasterServer::Running::carry_out(MeasureCut measure) {
+    slowly([this, measure] { return storage_->measure(measure); },
+           [this, measure](const Balance& balance) {
+               spdlog::info(
+                   "job {}: of its hits the largest share of a subspace is {:.2f} times the mean; {:.2f} could "
+                   "be had",
+                   measure.job, balance.now, balance.learned);
+               carry_out(core_.on_cut_measured(measure, balance, now_s()));
            });
 }
 

@@ -75,6 +75,7 @@ private:
     void carry_out(ServeManifest effect) { serve(effect); }
     void carry_out(ServeChunk effect) { serve(effect); }
     void carry_out(Prepare prepare);
+    void carry_out(MeasureCut measure);
     void carry_out(StoreResult store);
     void carry_out(StoreLeases leases) { commits_.add(leases); }
     void carry_out(StoreSnapshot store);

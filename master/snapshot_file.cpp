@@ -13,7 +13,7 @@ namespace lumenfarm {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x3150414e53464c4cu;  // "LLFSNAP1"
+constexpr std::uint64_t magic = 0x3250414e53464c4cu;  // "LLFSNAP2"
 constexpr std::size_t checksum_bytes = 8;
 
 Error damaged() { return bad_input("the snapshot is truncated or damaged"); }
@@ -40,12 +40,13 @@ Result<void> read_queue(ByteReader& in, std::uint32_t subspace, JobSnapshot& sna
 
 }  // namespace
 
-std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const FlightQueues& flights,
-                                       const std::vector<IntervalSet>& ended) {
+std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Partition& cut,
+                                       const FlightQueues& flights, const std::vector<IntervalSet>& ended) {
     if (flights.subspaces() == 0) return solution;
     ByteWriter out;
     out.value(magic);
     out.block<std::byte>(solution);
+    out.block<Partition::Node>(cut.nodes());
     for (std::uint32_t subspace = 0; subspace < flights.subspaces(); ++subspace) {
         out.value(flights.filed(subspace));
         out.block<IntervalSet::Interval>(ended[subspace].intervals());
@@ -64,7 +65,7 @@ std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Fl
 Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const PreparedJob& prepared,
                                     const Digest& scene) {
     const std::size_t subspaces = prepared.sources() - prepared.particles.size();
-    JobSnapshot snapshot{{}, FlightQueues(subspaces), std::vector<IntervalSet>(subspaces)};
+    JobSnapshot snapshot{{}, {}, FlightQueues(subspaces), std::vector<IntervalSet>(subspaces)};
     if (ByteReader(bytes).value<std::uint64_t>() != magic) {
         auto alone = decode_solution(bytes, prepared.scene, scene);
         if (!alone) return alone.error();
@@ -80,6 +81,10 @@ Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const Prep
     auto solution = decode_solution(in.block<std::byte>(limits::solution_bytes_max), prepared.scene, scene);
     if (!solution) return solution.error();
     snapshot.solution = std::move(*solution);
+    auto cut = Partition::check(in.block<Partition::Node>(2 * limits::subspaces_max));
+    if (!cut) return cut.error();
+    if (cut->subspaces() != subspaces) return damaged();
+    snapshot.cut = std::move(*cut);
     for (std::uint32_t subspace = 0; subspace < subspaces; ++subspace)
         if (const auto read = read_queue(in, subspace, snapshot); !read) return read.error();
     if (in.remaining() != 0) return damaged();

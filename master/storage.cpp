@@ -1,6 +1,7 @@
 #include "master/storage.h"
 
 #include "common/support/ensure.h"
+#include "master/learned_cut.h"
 #include "master/plan_files.h"
 
 #include <set>
@@ -107,8 +108,12 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
     }
     // what was left out is not to be found again
     const JobEffort effort{log.sums().time().total_s, log.sums().time().workers};
-    auto files = files_for_workers(job, **ready);
-    const auto settled = files && log.cut_short() ? snapshot(log, job.id(), effort) : Result<void>();
+    const bool may_learn =
+        (*ready)->subspaces && prepare.recut_above && log.sums().balance().hits >= prepare.recut_hits;
+    const auto recut = may_learn ? cut_anew_if_uneven(log, *prepare.recut_above) : std::nullopt;
+    auto files = files_for_workers(job, **ready, log.cut());
+    const bool renumbered = log.cut_short() || recut;
+    const auto settled = files && renumbered ? snapshot(log, job.id(), effort, true) : Result<void>();
     if (!files || !settled) {
         logs_.erase(job.id());
         return files ? settled.error() : files.error();
@@ -126,13 +131,28 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
     recovered.keep_threshold = sums.keep_threshold();
     recovered.leases = std::move(kept->leases);
     recovered.damages = std::move(*damages);
+    recovered.recut = recut;
     return recovered;
 }
 
+std::optional<Balance> Storage::cut_anew_if_uneven(JobLog& log, double above) {
+    LearnedCut learned = learn_cut(log.sums().prepared(), log.cut(), log.sums().sums().texels());
+    if (!learned.balance.is_worth_a_cut(above)) return std::nullopt;
+    log.cut_by(std::move(learned.cut));
+    return learned.balance;
+}
+
+Balance Storage::measure(const MeasureCut& effect) const {
+    const auto log = logs_.find(effect.job);
+    if (log == logs_.end()) return {};
+    return learn_cut(log->second.sums().prepared(), log->second.cut(), log->second.sums().sums().texels()).balance;
+}
+
 /// The scene, or what stands for it.
-Result<WorkerFiles> Storage::files_for_workers(const JobRecord& job, const PreparedJob& prepared) {
+Result<WorkerFiles> Storage::files_for_workers(const JobRecord& job, const PreparedJob& prepared,
+                                               const Partition& cut) {
     if (!prepared.subspaces) return WorkerFiles{job.status.scene, job.scene_bytes, {}};
-    auto files = watched(put_plan(files_, job, prepared));
+    auto files = watched(put_plan(files_, job, prepared, cut));
     if (files) worker_files_[job.id()] = *files;
     return files;
 }
@@ -225,10 +245,11 @@ Result<void> Storage::store(const StoreSnapshot& effect) {
     return snapshot(log, effect.job, effect.effort);
 }
 
-Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort) {
+Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort, bool end_leases) {
     const auto file = watched(files_.put(log.snapshot_bytes(effort)));
     if (!file) return file.error();
-    if (auto stored = watched(jobs_.checkpoint(job, {*file, log.next_result()}, log.keeps_results())); !stored) {
+    const Snapshot row{*file, log.next_result()};
+    if (auto stored = watched(jobs_.checkpoint(job, row, log.keeps_results(), end_leases)); !stored) {
         if (!broken_) (void)watched(files_.remove(*file));
         return stored;
     }

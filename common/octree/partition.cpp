@@ -48,4 +48,10 @@ Stretch Partition::at(Vec3d origin, Vec3d direction, double from) const {
     return stretch;
 }
 
+std::uint32_t Partition::of(Vec3d point) const {
+    const Node* node = nodes_.data();
+    while (!node->is_leaf()) node = &nodes_[node->first + (point[node->which] >= node->plane_m)];
+    return node->which;
+}
+
 }  // namespace lumenfarm

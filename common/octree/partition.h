@@ -44,6 +44,8 @@ public:
     std::uint32_t subspaces() const { return static_cast<std::uint32_t>((nodes_.size() + 1) / 2); }
     /// Where the ray is from a distance on. REQUIRES: not empty; finite; direction is not zero.
     Stretch at(Vec3d origin, Vec3d direction, double from) const;
+    /// The subspace that a point lies in; in a plane, that above it. REQUIRES: not empty.
+    std::uint32_t of(Vec3d point) const;
     bool operator==(const Partition&) const = default;
 
 private:

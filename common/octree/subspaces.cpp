@@ -1,92 +1,108 @@
 #include "common/octree/subspaces.h"
 
+#include "common/support/ensure.h"
 #include "common/support/limits.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <string>
 #include <utility>
 
 namespace lumenfarm {
 namespace {
 
-/// A leaf of the octree, or what of it lies in a cell.
-struct Filled {
-    Box box;
-    double weight = 0;
-
-    double length(std::size_t axis) const { return box.high[axis] - box.low[axis]; }
-    double weight_below(std::size_t axis, double plane) const {
-        return weight * std::clamp((plane - box.low[axis]) / length(axis), 0.0, 1.0);
-    }
-};
+/// What of the work lies below a plane, as a fraction. Of two boxes that touch in it, the flat one is above.
+double fraction_below(const Box& box, std::size_t axis, double plane) {
+    const double length = box.high[axis] - box.low[axis];
+    if (length <= 0) return box.low[axis] < plane ? 1 : 0;
+    return std::clamp((plane - box.low[axis]) / length, 0.0, 1.0);
+}
 
 /// A cell that is to have so many of the subspaces.
 struct Cell {
     std::uint32_t node = 0;  ///< of the partition
     Box box;
     std::uint32_t count = 0;
-    std::vector<Filled> filled;
+    std::vector<SpreadWork> work;
 };
 
-double weight_of(const std::vector<Filled>& filled) {
-    double weight = 0;
-    for (const Filled& leaf : filled) weight += leaf.weight;
-    return weight;
+double sum_of(const std::vector<SpreadWork>& work) {
+    double sum = 0;
+    for (const SpreadWork& each : work) sum += each.work;
+    return sum;
 }
 
-std::vector<Filled> filled_leaves(const WeightedOctree& weighted) {
-    std::vector<Filled> filled;
-    weighted.octree().for_each_cell([&](const OctreeCell& cell) {
-        if (weighted.octree().nodes()[cell.node].is_leaf() && weighted.weight(cell.node) > 0)
-            filled.push_back({weighted.octree().box(cell), weighted.weight(cell.node)});
-    });
-    return filled;
-}
-
-/// Where about this weight lies below, by bisection. What lies on one side for good is looked at no more.
-double plane_with(double weight, const Cell& cell, std::size_t axis) {
+/// Where about this much work lies below, by bisection. What lies on one side for good is looked at no more.
+double plane_with(double wanted, const Cell& cell, std::size_t axis) {
     constexpr int halvings = 60;
     double low = cell.box.low[axis], high = cell.box.high[axis];
     double below = 0;  // of what lies below `low`
-    std::vector<Filled> between = cell.filled;
+    std::vector<SpreadWork> between = cell.work;
     for (int i = 0; i < halvings && !between.empty(); ++i) {
         const double plane = 0.5 * (low + high);
         double more = 0;
-        for (const Filled& leaf : between) more += leaf.weight_below(axis, plane);
-        if (below + more < weight) {
+        for (const SpreadWork& each : between) more += each.work * fraction_below(each.box, axis, plane);
+        const auto is_below = [&](const SpreadWork& each) { return fraction_below(each.box, axis, plane) >= 1; };
+        if (below + more < wanted) {
             low = plane;
-            for (const Filled& leaf : between)
-                if (leaf.box.high[axis] <= plane) below += leaf.weight;
-            std::erase_if(between, [&](const Filled& leaf) { return leaf.box.high[axis] <= plane; });
+            for (const SpreadWork& each : between)
+                if (is_below(each)) below += each.work;
+            std::erase_if(between, is_below);
         } else {
             high = plane;
-            std::erase_if(between, [&](const Filled& leaf) { return leaf.box.low[axis] >= plane; });
+            std::erase_if(between, [&](const SpreadWork& each) { return fraction_below(each.box, axis, plane) <= 0; });
         }
     }
     return 0.5 * (low + high);
 }
 
-/// The parts of the leaves below and above the plane.
-std::array<std::vector<Filled>, 2> parted(std::vector<Filled> filled, std::size_t axis, double plane) {
-    std::array<std::vector<Filled>, 2> halves;
-    for (const Filled& leaf : filled) {
-        std::array<Filled, 2> parts{leaf, leaf};
-        parts[0].box.high[axis] = std::min(plane, leaf.box.high[axis]);
-        parts[1].box.low[axis] = std::max(plane, leaf.box.low[axis]);
-        for (std::size_t half = 0; half < 2; ++half) {
-            parts[half].weight = leaf.weight * parts[half].length(axis) / leaf.length(axis);
-            if (parts[half].length(axis) > 0 && parts[half].weight > 0) halves[half].push_back(parts[half]);
-        }
+/// The parts of the work below and above the plane.
+std::array<std::vector<SpreadWork>, 2> parted(std::vector<SpreadWork> work, std::size_t axis, double plane) {
+    std::array<std::vector<SpreadWork>, 2> halves;
+    for (const SpreadWork& each : work) {
+        const double below = fraction_below(each.box, axis, plane);
+        std::array<SpreadWork, 2> parts{each, each};
+        if (below > 0 && below < 1) parts[0].box.high[axis] = parts[1].box.low[axis] = plane;
+        parts[0].work *= below;
+        parts[1].work *= 1 - below;
+        for (std::size_t half = 0; half < 2; ++half)
+            if (parts[half].work > 0) halves[half].push_back(parts[half]);
     }
     return halves;
 }
 
-std::size_t longest_edge(const Box& box) {
+/// The axes, that of the longest edge first.
+std::array<std::size_t, 3> by_length(const Box& box) {
     const Vec3d size = box.high - box.low;
-    return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    std::array<std::size_t, 3> axes{0, 1, 2};
+    std::stable_sort(axes.begin(), axes.end(), [&](std::size_t a, std::size_t b) { return size[a] > size[b]; });
+    return axes;
+}
+
+struct Plane {
+    std::size_t axis = 0;
+    double plane_m = 0;
+};
+
+/// The first that parts the work well enough, or else the one that does it best: flat work can't be parted across it.
+Plane best_plane(const Cell& cell, double wanted) {
+    constexpr double tolerated = 0.02;  ///< of the work on the wrong side
+    const double whole = sum_of(cell.work);
+    Plane best;
+    double least_error = std::numeric_limits<double>::infinity();
+    for (const std::size_t axis : by_length(cell.box)) {
+        const double plane = plane_with(wanted, cell, axis);
+        double below = 0;
+        for (const SpreadWork& each : cell.work) below += each.work * fraction_below(each.box, axis, plane);
+        const double error = std::abs(below - wanted);
+        if (error < least_error) best = {axis, plane};
+        least_error = std::min(least_error, error);
+        if (error <= tolerated * whole) break;
+    }
+    return best;
 }
 
 /// A triangle where it is.
@@ -135,22 +151,27 @@ Result<Subspaces> Subspaces::cut(const WeightedOctree& weighted, std::uint32_t c
         return bad_input("subspaces is " + std::to_string(count) + "; the octree of this scene has " +
                          std::to_string(most) + " cells with triangles");
 
+    return cut(octree.box(Octree::root()), planned_work(weighted), count);
+}
+
+Subspaces Subspaces::cut(const Box& root, std::vector<SpreadWork> work, std::uint32_t count) {
+    ensure(count > 0 && count <= limits::subspaces_max, "a scene is cut into some subspaces");
     Subspaces cut;
+    cut.root_ = root;
     std::vector<Partition::Node> nodes(1);
     std::deque<Cell> cells;
-    cells.push_back({0, octree.box(Octree::root()), count, filled_leaves(weighted)});
+    cells.push_back({0, root, count, std::move(work)});
     for (; !cells.empty(); cells.pop_front()) {
         Cell& cell = cells.front();
         if (cell.count == 1) {
             nodes[cell.node].which = static_cast<std::uint32_t>(cut.subspaces_.size());
-            cut.subspaces_.push_back({cell.box, weight_of(cell.filled)});
+            cut.subspaces_.push_back({cell.box, sum_of(cell.work)});
             continue;
         }
-        const std::size_t axis = longest_edge(cell.box);
         const std::uint32_t lower_count = cell.count / 2;
         const double share = static_cast<double>(lower_count) / cell.count;
-        const double plane = plane_with(share * weight_of(cell.filled), cell, axis);
-        auto halves = parted(std::move(cell.filled), axis, plane);
+        const auto [axis, plane] = best_plane(cell, share * sum_of(cell.work));
+        auto halves = parted(std::move(cell.work), axis, plane);
         Cell lower{static_cast<std::uint32_t>(nodes.size()), cell.box, lower_count, std::move(halves[0])};
         Cell upper{lower.node + 1, cell.box, cell.count - lower_count, std::move(halves[1])};
         lower.box.high[axis] = upper.box.low[axis] = plane;
@@ -161,6 +182,49 @@ Result<Subspaces> Subspaces::cut(const WeightedOctree& weighted, std::uint32_t c
     }
     cut.partition_ = Partition(std::move(nodes));
     return cut;
+}
+
+Subspaces Subspaces::of(const Box& root, Partition partition) {
+    Subspaces cut;
+    cut.root_ = root;
+    cut.subspaces_.resize(partition.subspaces());
+    std::vector<Box> boxes(partition.nodes().size());
+    boxes.front() = root;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const Partition::Node& node = partition.nodes()[i];
+        if (node.is_leaf()) {
+            cut.subspaces_[node.which].box = boxes[i];
+            continue;
+        }
+        boxes[node.first] = boxes[node.first + 1] = boxes[i];
+        boxes[node.first].high[node.which] = boxes[node.first + 1].low[node.which] = node.plane_m;
+    }
+    cut.partition_ = std::move(partition);
+    return cut;
+}
+
+std::vector<double> Subspaces::shares(std::span<const SpreadWork> work) const {
+    std::vector<double> shares(subspaces_.size());
+    for (const SpreadWork& each : work) shares[partition_.of((each.box.low + each.box.high) * 0.5)] += each.work;
+    return shares;
+}
+
+std::vector<SpreadWork> planned_work(const WeightedOctree& weighted) {
+    std::vector<SpreadWork> work;
+    weighted.octree().for_each_cell([&](const OctreeCell& cell) {
+        if (weighted.octree().nodes()[cell.node].is_leaf() && weighted.weight(cell.node) > 0)
+            work.push_back({weighted.octree().box(cell), weighted.weight(cell.node)});
+    });
+    return work;
+}
+
+double imbalance(std::span<const double> shares) {
+    double most = 0, sum = 0;
+    for (const double share : shares) {
+        most = std::max(most, share);
+        sum += share;
+    }
+    return sum > 0 ? most * static_cast<double>(shares.size()) / sum : 1;
 }
 
 std::vector<std::vector<std::uint32_t>> Subspaces::triangles(const Scene& scene, double margin_m) const {

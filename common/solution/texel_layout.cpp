@@ -107,6 +107,8 @@ Vec2f TexelLayout::cell_centroid(std::uint32_t cell, std::uint32_t n) {
     return {static_cast<float>((place.row + shift) / n), static_cast<float>((place.column + shift) / n)};
 }
 
+bool TexelLayout::is_upper(std::uint32_t cell, std::uint32_t n) { return place_of_cell(cell, n).upper; }
+
 TexelLayout::Place TexelLayout::place_of(std::uint64_t texel) const {
     ensure(texel < texel_count(), "the texel is within the layout");
     const auto after = std::upper_bound(first_.begin(), first_.end(), texel);

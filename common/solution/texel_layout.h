@@ -38,6 +38,8 @@ public:
     static std::uint32_t cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n);
     /// Barycentrics (b1, b2) of the centroid of a cell.
     static Vec2f cell_centroid(std::uint32_t cell, std::uint32_t n);
+    /// Whether the cell is an upper one: it is turned about its middle.
+    static bool is_upper(std::uint32_t cell, std::uint32_t n);
     /// Triangle and side of a texel, by binary search.
     struct Place {
         std::uint32_t triangle, side, cell;

@@ -35,7 +35,9 @@ protected:
         flight.energy = flight.start_energy = 7;
         return wire::pack_flight(flight, 0);
     }
-    std::vector<std::byte> bytes() const { return encode_snapshot(solution_, flights_, ended_); }
+    std::vector<std::byte> bytes() const {
+        return encode_snapshot(solution_, prepared_->subspaces->partition(), flights_, ended_);
+    }
     Result<JobSnapshot> read(std::span<const std::byte> bytes) const {
         return decode_snapshot(bytes, *prepared_, scene_);
     }
@@ -57,6 +59,7 @@ TEST_F(SnapshotFile, FlightsComeBackUnderTheirNumbers) {
     EXPECT_EQ(snapshot->flights.at(2, 0, 5), flights_.at(2, 0, 5));
     EXPECT_EQ(snapshot->ended[2].intervals(), ended_[2].intervals());
     EXPECT_EQ(snapshot->flights.filed(0), 0u);
+    EXPECT_EQ(snapshot->cut, prepared_->subspaces->partition());
 }
 
 TEST_F(SnapshotFile, NumbersOfFlightsThatHaveAllEndedAreNotGivenAgain) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <vector>
@@ -83,6 +84,57 @@ TEST(Subspaces, WeighAlikeWhereAllDetailIsInOneCorner) {
         add_triangle(scene, at, at + Vec3f{0.2f, 0, 0}, at + Vec3f{0, 0.2f, 0.1f});
     }
     EXPECT_LT(most_over_mean(Subspaces::cut(weigh(scene), 100).value()), 1 + 1e-6);
+}
+
+/// A floor and a wall of many flat boxes, and a crowd of points: none can be parted along every axis.
+std::vector<SpreadWork> flat_work() {
+    std::vector<SpreadWork> work;
+    std::minstd_rand random(11);
+    const auto uniform = [&random] { return static_cast<double>(random()) / 2147483648.0; };
+    for (int i = 0; i < 3'000; ++i) {
+        const double x = uniform() * 9.9, z = uniform() * uniform() * 9.9;
+        work.push_back({{{x, 0, z}, {x + 0.1, 0, z + 0.1}}, uniform()});
+        work.push_back({{{4, x, z}, {4, x + 0.1, z + 0.1}}, uniform()});
+        work.push_back({{{7, 8, z}, {7, 8, z}}, uniform()});
+    }
+    return work;
+}
+
+TEST(Subspaces, OfFlatWorkWeighAlikeToo) {
+    const Box root{{-1, -1, -1}, {11, 11, 11}};
+    for (const std::uint32_t count : {2u, 7u, 64u, 200u}) {
+        const Subspaces subspaces = Subspaces::cut(root, flat_work(), count);
+        EXPECT_EQ(subspaces.all().size(), count);
+        EXPECT_LT(most_over_mean(subspaces), 1.1) << count;
+        const auto shares = subspaces.shares(flat_work());
+        EXPECT_LT(imbalance(shares), 1.3) << count << ", by the middles of the boxes";
+        EXPECT_NEAR(std::accumulate(shares.begin(), shares.end(), 0.0), 4'500, 200);
+    }
+}
+
+TEST(Subspaces, OfNoWorkAreCutAllTheSame) {
+    const Box root{{0, 0, 0}, {1, 2, 3}};
+    const Subspaces subspaces = Subspaces::cut(root, {}, 5);
+    EXPECT_EQ(subspaces.all().size(), 5u);
+    EXPECT_DOUBLE_EQ(imbalance(subspaces.shares({})), 1);
+}
+
+TEST(Subspaces, OfOneEvenBoxHaveEqualVolumes) {
+    const Box root{{0, 0, 0}, {4, 2, 1}};
+    const Subspaces subspaces = Subspaces::cut(root, {{root, 1}}, 6);
+    for (const auto& [box, work] : subspaces.all()) {
+        const Vec3d size = box.high - box.low;
+        EXPECT_NEAR(size.x * size.y * size.z, 8.0 / 6, 1e-9);
+    }
+}
+
+TEST(Partition, FindsTheSubspaceOfAPointAsOfARayThatBeginsThere) {
+    const Subspaces subspaces = Subspaces::cut(weigh(soup(20'000, 10, 0.3f, {}, 5)), 64).value();
+    Rays rays(subspaces);
+    for (int i = 0; i < 5'000; ++i) {
+        const Vec3d origin = rays.next().origin;
+        EXPECT_EQ(subspaces.partition().of(origin), subspaces.partition().at(origin, {1, 1, 1}, 0).subspace);
+    }
 }
 
 TEST(Partition, TakesForeignNodesOnlyWhereTheyAreATree) {

@@ -82,6 +82,7 @@ public:
     bool relay_is_alive(std::size_t index) const { return relays_[index].alive(); }
     const MasterCore& master() const { return *master_->core(); }
     const std::vector<std::string>& violations() const { return checks_.violations(); }
+    std::uint64_t recuts() const { return checks_.recuts(); }
     const History& history() const { return world_.history; }
     std::uint64_t power_cuts() const { return master_->lives() - 1; }
     double now_s() const { return world_.now_s(); }

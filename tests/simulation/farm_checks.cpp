@@ -1,6 +1,7 @@
 #include "tests/simulation/farm_checks.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace lumenfarm::testing {
 
@@ -71,6 +72,10 @@ void FarmChecks::on_recovered(const JobRecord& record, const RecoveredJob& recov
     bool in_flight = false;
     for (std::uint32_t subspace = 0; subspace < recovered.flights.subspaces(); ++subspace)
         in_flight = in_flight || recovered.flights.filed(subspace) > 0;
+    // so they are where subspaces were cut anew, which gives another plan
+    const Digest plan = std::exchange(plans_[job], recovered.files.first);
+    if (plan != recovered.files.first) in_flight = false;
+    recuts_ += recovered.recut.has_value();
     if (!in_flight) {
         sources.resize(std::min(sources.size(), recovered.prepared->particles.size()));
         committed_.erase(job);

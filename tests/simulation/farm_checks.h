@@ -60,6 +60,8 @@ public:
     void after_tick(const MasterCore& core);
     void after_event(const MasterCore& core);
 
+    /// How often subspaces were cut anew.
+    std::uint64_t recuts() const { return recuts_; }
     /// By source.
     const std::vector<IntervalSet>& acknowledged(JobId job) { return acknowledged_[job]; }
     std::optional<JobId> job_of(std::uint64_t client) const;
@@ -104,6 +106,8 @@ private:
     std::vector<HeldLease> held_;  ///< before the tick, by workers that are present
     std::uint64_t expired_ = 0;    ///< before the tick
     std::map<JobId, std::uint64_t> committed_;
+    std::map<JobId, Digest> plans_;  ///< or scenes
+    std::uint64_t recuts_ = 0;
 };
 
 }  // namespace lumenfarm::testing

@@ -67,6 +67,30 @@ TEST(Farm, RelaysGiveTheResultOfOneTracer) {
     }
 }
 
+TEST(Farm, SubspacesAreCutAnewWhereTheirHitsAreUneven) {
+    std::uint64_t recuts = 0;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        SCOPED_TRACE(seed);
+        JobSpec spec = small_job(seed);
+        spec.strategy = Strategy::subspaces;
+        spec.subspaces = 4 + static_cast<std::uint32_t>(seed % 8);
+        spec.particles_per_set = 500;
+        FarmOptions options;
+        options.seed = seed;
+        options.workers = options.parts_only = 3;
+        // for three of them, a plan and light maps
+        options.memory_bytes = limits::worker_bytes + limits::result_bytes_in_flight + (std::uint64_t{256} << 10) +
+                               options.threads * (2 * limits::result_close_bytes + (std::uint64_t{64} << 10)) +
+                               3 * (limits::part_bytes + 4 * limits::part_bytes_per_triangle);
+        options.master.recut_seconds = 0.5;
+        options.seconds_between_power_cuts = seed % 2 == 0 ? 0 : 3;
+        Farm farm(spec, options);
+        expect_done(farm);
+        recuts += farm.recuts();
+    }
+    EXPECT_GT(recuts, 5u);
+}
+
 TEST(Farm, DroppedConnectionsAndCrashedWorkersChangeNoBit) {
     std::uint64_t refused = 0;
     for (std::uint64_t seed = 1; seed <= 80; ++seed) {

@@ -72,6 +72,7 @@ FarmOptions random_options(Chance& chance, std::uint64_t seed) {
     options.master.checkpoint_seconds = magnitude(chance, 0.5, 10);
     options.master.audit_fraction = perhaps(chance, 0.3, 0.05, 1);
     options.master.bad_chunks = chance.happens(0.1) ? 0.3 : 0;
+    options.master.recut_seconds = magnitude(chance, 0.5, 20);
     options.relays = chance.happens(0.4) ? chance.number(1, 2) : 0;
     options.relay_of_relay = chance.happens(0.5);
     if (chance.happens(0.3)) options.relay_bytes_in_flight = static_cast<std::size_t>(magnitude(chance, 100, 100'000));

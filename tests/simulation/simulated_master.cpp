@@ -46,6 +46,9 @@ void SimulatedMaster::begin_life(std::unique_ptr<Storage> storage, Storage::Star
     policy.epoch = start.life;
     policy.first_job = start.next_job;
     policy.checkpoint_seconds = conditions_.checkpoint_seconds;
+    policy.recut_above = 1.25;
+    policy.recut_seconds = conditions_.recut_seconds;
+    policy.recut_hits = 200;
     policy.audit_fraction = conditions_.audit_fraction;
     policy.audit_key = world_.chance.number(0, std::numeric_limits<std::uint64_t>::max());
     core_ = std::make_unique<MasterCore>(policy);
@@ -187,6 +190,12 @@ void SimulatedMaster::carry_out(Prepare& prepare) {
                if (recovered) checks_.on_recovered(job, *recovered);
                return core_->on_prepared(job.id(), std::move(recovered), world_.now_s());
            });
+}
+
+void SimulatedMaster::carry_out(MeasureCut& measure) {
+    slowly(
+        [this, measure] { return storage_->measure(measure); },
+        [this, measure](const Balance& balance) { return core_->on_cut_measured(measure, balance, world_.now_s()); });
 }
 
 void SimulatedMaster::carry_out(StoreResult& store) {

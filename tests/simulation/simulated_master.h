@@ -18,6 +18,7 @@ namespace lumenfarm::testing {
 struct MasterConditions {
     double disk_failures = 0;  ///< chance that a write or a sync fails, which ends the process
     double checkpoint_seconds = 10;
+    double recut_seconds = 10;
     double audit_fraction = 0;
     double down_s = 0.1;    ///< between two processes, on the average
     double bad_chunks = 0;  ///< chance that a chunk of the scene comes damaged to a worker
@@ -66,6 +67,7 @@ private:
     void carry_out(ServeManifest& serve);
     void carry_out(ServeChunk& serve);
     void carry_out(Prepare& prepare);
+    void carry_out(MeasureCut& measure);
     void carry_out(StoreResult& store);
     void carry_out(StoreLeases& leases) { commits_.add(leases); }
     void carry_out(StoreSnapshot& store);

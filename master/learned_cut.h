@@ -1,0 +1,19 @@
+#pragma once
+
+#include "common/octree/partition.h"
+#include "master/recovered_job.h"
+
+#include <span>
+
+/// The cut in subspaces, corrected by what was measured of the job (docs/subspaces.md).
+namespace lumenfarm {
+
+struct LearnedCut {
+    Balance balance;
+    Partition cut;
+};
+
+/// REQUIRES: the job has subspaces, `cut` as many; `texels` is of its layout.
+LearnedCut learn_cut(const PreparedJob& prepared, const Partition& cut, std::span<const TexelSums> texels);
+
+}  // namespace lumenfarm

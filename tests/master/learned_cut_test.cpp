@@ -1,0 +1,96 @@
+#include "master/learned_cut.h"
+
+#include "common/scene/scene_file.h"
+#include "master/job_sums.h"
+#include "tests/simulation/small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace lumenfarm {
+namespace {
+
+class LearnedCuts : public ::testing::Test {
+protected:
+    LearnedCuts() {
+        spec_.strategy = Strategy::subspaces;
+        spec_.subspaces = 6;
+        prepared_ = prepare_job(spec_, encode_scene(testing::small_scene())).value();
+    }
+    const Partition& planned() const { return prepared_->subspaces->partition(); }
+    Vec3d anywhere() {
+        const Box& root = prepared_->subspaces->root();
+        const Vec3d size = root.high - root.low;
+        const auto part = [&] { return std::uniform_real_distribution<double>(0, 1)(random_); };
+        return {root.low.x + size.x * part(), root.low.y + size.y * part(), root.low.z + size.z * part()};
+    }
+
+    JobSpec spec_;
+    std::shared_ptr<const PreparedJob> prepared_;
+    std::mt19937_64 random_{5};
+};
+
+TEST_F(LearnedCuts, ShareOutWhatThePlanDidNotExpect) {
+    std::vector<TexelSums> texels(prepared_->layout.texel_count());
+    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels).balance.now, 1) << "nothing is known";
+    // all hits are on one triangle
+    const std::uint64_t first = prepared_->layout.first_texel(0, 0), last = prepared_->layout.first_texel(0, 1);
+    for (std::uint64_t texel = first; texel < last; ++texel) texels[texel].hits = 1'000'000;
+    const LearnedCut learned = learn_cut(*prepared_, planned(), texels);
+    EXPECT_GT(learned.balance.now, 1.5);
+    EXPECT_LT(learned.balance.learned, learned.balance.now);
+    EXPECT_TRUE(learned.balance.is_worth_a_cut(1.25));
+    EXPECT_EQ(learned.cut.subspaces(), planned().subspaces());
+    const LearnedCut again = learn_cut(*prepared_, learned.cut, texels);
+    EXPECT_DOUBLE_EQ(again.balance.now, learned.balance.learned);
+    EXPECT_FALSE(again.balance.is_worth_a_cut(1.25)) << "the same hits teach nothing new";
+}
+
+TEST_F(LearnedCuts, FileEveryFlightWhereItIs) {
+    const std::size_t subspaces = prepared_->subspaces->all().size();
+    FlightQueues flights(subspaces);
+    std::vector<IntervalSet> ended(subspaces);
+    for (std::uint32_t i = 0; i < 500; ++i) {
+        Flight flight;
+        flight.origin = anywhere();
+        flight.direction = normalize(anywhere() - flight.origin);
+        flight.travelled_m = 0.1;
+        flight.particle = i;
+        flight.energy = flight.start_energy = i + 1;
+        const std::uint32_t at = planned().at(flight.origin, flight.direction, flight.travelled_m).subspace;
+        flights.file(at, {wire::pack_flight(flight, 0)});
+    }
+    // some have ended
+    for (std::uint32_t subspace = 0; subspace < subspaces; ++subspace) {
+        if (flights.filed(subspace) < 3) continue;
+        ended[subspace].insert(1, 3);
+        flights.remove(subspace, 1, 2);
+    }
+    std::uint64_t left = 0;
+    for (std::uint32_t s = 0; s < subspaces; ++s) left += flights.filed(s) - ended[s].size();
+    const std::int64_t energy = flights.energy();
+    JobSums sums(spec_, prepared_);
+    Solution none = JobSums(spec_, prepared_).take({});
+    sums.restore(std::move(none), std::move(flights), std::move(ended));
+    const Box& root = prepared_->subspaces->root();
+    const Subspaces other =
+        Subspaces::cut(root, {{{root.low, root.low + (root.high - root.low) * 0.3}, 1}, {root, 1}}, 6);
+    sums.file_by(other.partition());
+    std::uint64_t filed = 0;
+    for (std::uint32_t subspace = 0; subspace < subspaces; ++subspace) {
+        EXPECT_EQ(sums.ended()[subspace].size(), 0u);
+        filed += sums.flights().filed(subspace);
+        for (const auto& record : sums.flights().at(subspace, 0, sums.flights().filed(subspace))) {
+            const Flight flight = wire::unpack_flight(record);
+            EXPECT_EQ(other.partition().at(flight.origin, flight.direction, flight.travelled_m).subspace, subspace);
+        }
+    }
+    EXPECT_EQ(filed, left);
+    EXPECT_EQ(sums.flights().energy(), energy);
+}
+
+}  // namespace
+}  // namespace lumenfarm
