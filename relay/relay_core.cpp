@@ -175,16 +175,17 @@ void RelayCore::tell_parts() {
     }
 }
 
-/// Enough ahead that no worker waits for the master above.
+/// A set for each thread ahead, in a few leases: enough that no worker waits for the master above, and no more, since
+/// what is here is not shared out any more.
 void RelayCore::pull() {
     if (!welcome_) return;
     const std::uint32_t threads = farm_.worker_threads();
+    const std::uint32_t most = std::clamp(threads, 1u, limits::relay_sets_ahead);
     std::uint64_t ahead = 0;
     for (const auto& [id, job] : jobs_) ahead += sets_ahead(id, job);
     const bool room = !drain_by_s_ && threads > 0 && pending_.empty();
-    const std::uint64_t sets = room && ahead < limits::relay_sets_ahead ? limits::relay_sets_ahead - ahead : 0;
-    // half a round of the workers each
-    const wire::Pull wish(static_cast<std::uint32_t>(sets), threads, std::max(1u, (threads + 1) / 2));
+    const std::uint64_t sets = room && ahead < most ? most - ahead : 0;
+    const wire::Pull wish(static_cast<std::uint32_t>(sets), threads, std::max(1u, (threads + most - 1) / most));
     if (wish == wished_) return;
     wished_ = wish;
     send(wish);

@@ -77,6 +77,10 @@ public:
     std::optional<std::string> contradiction() const;
 
 private:
+    /// The first results go up soon, so that the master learns how large sets may be; each may wait twice as long as
+    /// the one before, up to the job's flush_seconds.
+    static constexpr double first_flush_s = 0.02;
+
     enum class Phase : std::uint8_t { fetching, preparing, running, failed };
     struct Job {
         wire::JobInfo info;
@@ -88,6 +92,7 @@ private:
         LentSets sets;
         std::optional<MergedResult> open;  ///< once it runs
         double open_since_s = 0;
+        double flush_s = first_flush_s;  ///< most time that sums wait
         std::optional<wire::PartsHeld> parts_told;
         std::optional<double> drain_by_s;  ///< then its sets go back
     };

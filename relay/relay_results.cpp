@@ -45,7 +45,9 @@ void RelayCore::merge(Job& job, const StagedResult& result, const std::vector<wi
 }
 
 void RelayCore::close(Job& job) {
-    if (job.open && !job.open->empty()) results_.add(job.open->take());
+    if (!job.open || job.open->empty()) return;
+    results_.add(job.open->take());
+    job.flush_s = std::min(2 * job.flush_s, job.info.flush_seconds);
 }
 
 /// Hits go up as they come, as far as the master's credit goes. Sums wait for more to be added, unless nothing is left
@@ -53,7 +55,7 @@ void RelayCore::close(Job& job) {
 void RelayCore::close_what_is_due(double now_s) {
     for (auto& [id, job] : jobs_) {
         if (!job.open || job.open->empty()) continue;
-        const bool late = now_s - job.open_since_s >= job.info.flush_seconds;
+        const bool late = now_s - job.open_since_s >= job.flush_s;
         const bool hits = job.info.spec.packing == Packing::records && results_.size() < limits::results_in_flight;
         if (late || job.sets.empty() || hits) close(job);
     }

@@ -147,12 +147,12 @@ protected:
 TEST_F(Relay, SaysThatItIsOneAndPullsForTheThreadsOfItsWorkers) {
     EXPECT_FALSE(sent_up<wire::Pull>()) << "nobody is there";
     join(ann, 11, 3);
-    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 3, 2));
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(3, 3, 1));
     join(bob, 12, 4);
-    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 7, 4));
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 7, 2));
     effects_.clear();
     take(core_.on_disconnect(ann, now_s_));
-    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 4, 2));
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 4, 1));
 }
 
 TEST_F(Relay, CutsALeaseForItsWorkersAndClaimsOfTheMastersLease) {
@@ -375,8 +375,9 @@ TEST_F(Relay, EndsWhenItHasHandedUpWhatItHad) {
     effects_.clear();
     take(core_.drain(now_s_));
     EXPECT_FALSE(all_sent<wire::Drain>(ann).empty());
-    EXPECT_EQ(sent_up<wire::Pull>()->sets, 0u);
     EXPECT_FALSE(wants<Finished>());
+    lease(71, 5'000, 100);
+    EXPECT_TRUE(sent_up<wire::ReturnLeases>()) << "it takes nothing more";
     EXPECT_EQ(deliver(ann, sets[0], 1), wire::Verdict::accepted);
     const auto results = handed_up();
     ASSERT_EQ(results.size(), 1u);
