@@ -37,7 +37,11 @@ Effects MasterCore::drain_lent(JobId id, double now_s) {
 
 void MasterCore::resume_lent(JobId id) {
     Job& job = jobs_.at(id);
-    if (job.phase == Phase::ending) job.phase = Phase::running;
+    if (job.phase != Phase::ending) return;
+    job.phase = Phase::running;
+    // workers that were told to hand it over return its sets until they hear of it again
+    for (auto& [session_id, session] : sessions_)
+        if (Worker* worker = session.worker(); worker && worker->told.erase(id) > 0) tell(session, *worker, job);
 }
 
 Effects MasterCore::end_lent(JobId id, double now_s) {

@@ -298,6 +298,7 @@ TEST_F(Relay, DrainedJobHandsUpWhatWorkersHaveAndReturnsTheRest) {
     lease(71, 8'000, 1'000);
     EXPECT_FALSE(sent_up<wire::ReturnLeases>());
     EXPECT_EQ(all_sent<wire::Lease>(ann).size(), 1u) << "it goes on";
+    EXPECT_EQ(all_sent<wire::JobInfo>(ann).size(), 1u) << "which the worker has to hear";
 }
 
 TEST_F(Relay, ReconnectedWhileAJobDrainsItHandsUpWhatItHas) {
