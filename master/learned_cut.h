@@ -9,7 +9,7 @@
 namespace lumenfarm {
 
 struct LearnedCut {
-    Balance balance;
+    Evenness evenness;
     Partition cut;
 };
 

@@ -74,7 +74,7 @@ void declare(CLI::App& app, Options& all) {
                        "HOST:PORT of a master to be a relay of: pull its work, let the workers of this one do it, and "
                        "hand up what they give in sum")
             ->envname("LUMENFARM_UPSTREAM");
-    app.add_option("--name", all.relay.name, "a relay: how its master calls it [the machine's name]")
+    app.add_option("--name", all.relay.name, "a relay: how its master calls it [the machine's name, and (relay)]")
         ->envname("LUMENFARM_NAME");
     app.add_option("--drain-seconds", all.relay.drain_seconds,
                    "a relay: most time from SIGTERM to the end, to hand up what is done [s]")

@@ -68,7 +68,7 @@ public:
     /// `missing`: chunks that have to be uploaded first; empty when the record was stored. An error refuses the job.
     Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
     Effects on_prepared(JobId job, Result<RecoveredJob> recovered, double now_s);
-    Effects on_cut_measured(const MeasureCut& measure, const Balance& balance, double now_s);
+    Effects on_cut_measured(const MeasureCut& measure, const Evenness& evenness, double now_s);
     // Errors of the following: no_space (the same is asked for again, later). The master does not outlive others.
     /// `stored`: what became of each job that has results among the tickets.
     Effects on_results_stored(std::span<const std::uint64_t> tickets, const Result<std::map<JobId, Merged>>& stored,
@@ -104,7 +104,7 @@ public:
     /// What the workers hold of it together. REQUIRES: it has subspaces.
     wire::PartsHeld parts_held(JobId job) const;
     std::uint32_t worker_threads() const;
-    /// What was lent, or withdrawn, is given out now.
+    /// What was lent is given out now.
     Effects settle(double now_s) { return settle_and_take(now_s); }
 
     std::optional<wire::JobStatus> status(JobId job, double now_s) const;

@@ -31,7 +31,7 @@ struct MasterOptions {
     double set_target_seconds = 2;
     double flush_seconds = 2;
     double checkpoint_seconds = 10;
-    double recut_above = 0;     ///< subspaces whose hits are shared out less evenly are cut anew; 0: never
+    double recut_above = 0;        ///< subspaces whose hits are shared out less evenly are cut anew; 0: never
     double audit_fraction = 0;     ///< of the results are traced again by a second worker
     double keep_days = 0;          ///< jobs that ended longer ago are removed; 0 keeps them
     std::uint64_t keep_bytes = 0;  ///< of solutions, beyond which the job that ended first is removed; 0: any number

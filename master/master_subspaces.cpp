@@ -39,10 +39,10 @@ void MasterCore::look_at_cut(Job& job, double now_s) {
 }
 
 /// The job is put aside, and cut when it goes on.
-Effects MasterCore::on_cut_measured(const MeasureCut& measure, const Balance& balance, double now_s) {
+Effects MasterCore::on_cut_measured(const MeasureCut& measure, const Evenness& evenness, double now_s) {
     Job* job = find(measure.job);
     const bool runs = job && job->phase == Phase::running && !job->record.cancel_asked;
-    if (runs && policy_.recut_above && balance.is_worth_a_cut(*policy_.recut_above)) {
+    if (runs && policy_.recut_above && evenness.is_worth_a_cut(*policy_.recut_above)) {
         job->cut_at_hits = job->active->balance().hits;
         job->resumes = true;
         wind_up(*job, now_s);

@@ -43,7 +43,7 @@ struct WorkerFiles {
 };
 
 /// How evenly a cut in subspaces shares the hits so far out: their largest share over the mean.
-struct Balance {
+struct Evenness {
     double now = 1;      ///< by the cut in force, or before it was cut anew
     double learned = 1;  ///< by the cut that these hits give
 
@@ -63,7 +63,7 @@ struct RecoveredJob {
     std::uint64_t keep_threshold = 0;
     std::vector<GivenLease> leases;
     std::vector<std::string> damages;  ///< what was lost, one sentence each; its particles are traced again
-    std::optional<Balance> recut;      ///< it was cut in subspaces anew, and what is in flight has new numbers
+    std::optional<Evenness> recut;     ///< it was cut in subspaces anew, and what is in flight has new numbers
 };
 
 }  // namespace lumenfarm

@@ -226,12 +226,12 @@ void MasterServer::Running::carry_out(Prepare prepare) {
 
 void MasterServer::Running::carry_out(MeasureCut measure) {
     slowly([this, measure] { return storage_->measure(measure); },
-           [this, measure](const Balance& balance) {
+           [this, measure](const Evenness& evenness) {
                spdlog::info(
                    "job {}: of its hits the largest share of a subspace is {:.2f} times the mean; {:.2f} could "
                    "be had",
-                   measure.job, balance.now, balance.learned);
-               carry_out(core_.on_cut_measured(measure, balance, now_s()));
+                   measure.job, evenness.now, evenness.learned);
+               carry_out(core_.on_cut_measured(measure, evenness, now_s()));
            });
 }
 

@@ -135,17 +135,17 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
     return recovered;
 }
 
-std::optional<Balance> Storage::cut_anew_if_uneven(JobLog& log, double above) {
+std::optional<Evenness> Storage::cut_anew_if_uneven(JobLog& log, double above) {
     LearnedCut learned = learn_cut(log.sums().prepared(), log.cut(), log.sums().sums().texels());
-    if (!learned.balance.is_worth_a_cut(above)) return std::nullopt;
+    if (!learned.evenness.is_worth_a_cut(above)) return std::nullopt;
     log.cut_by(std::move(learned.cut));
-    return learned.balance;
+    return learned.evenness;
 }
 
-Balance Storage::measure(const MeasureCut& effect) const {
+Evenness Storage::measure(const MeasureCut& effect) const {
     const auto log = logs_.find(effect.job);
     if (log == logs_.end()) return {};
-    return learn_cut(log->second.sums().prepared(), log->second.cut(), log->second.sums().sums().texels()).balance;
+    return learn_cut(log->second.sums().prepared(), log->second.cut(), log->second.sums().sums().texels()).evenness;
 }
 
 /// The scene, or what stands for it.

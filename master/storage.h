@@ -41,7 +41,7 @@ public:
     /// Errors also: bad_input, failed (the scene is damaged).
     Result<RecoveredJob> prepare(const Prepare& prepare);
     /// REQUIRES: the job is prepared, and has subspaces.
-    Balance measure(const MeasureCut& effect) const;
+    Evenness measure(const MeasureCut& effect) const;
 
     /// Leases of jobs that are over are left out. Gives what became of each job that has results in it.
     Result<std::map<JobId, Merged>> commit(const CommitBatch& batch);
@@ -72,7 +72,7 @@ private:
     /// `end_leases`: what is in flight has other numbers than when they were given.
     Result<void> snapshot(JobLog& log, JobId job, const JobEffort& effort, bool end_leases = false);
     Result<std::shared_ptr<const PreparedJob>> prepared(const JobRecord& job);
-    static std::optional<Balance> cut_anew_if_uneven(JobLog& log, double above);
+    static std::optional<Evenness> cut_anew_if_uneven(JobLog& log, double above);
     Result<WorkerFiles> files_for_workers(const JobRecord& job, const PreparedJob& prepared, const Partition& cut);
     Result<void> end_log(std::map<JobId, JobLog>::iterator log);
     Result<std::vector<StoredResult>> write(const CommitBatch& batch);

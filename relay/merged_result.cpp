@@ -31,27 +31,13 @@ void MergedResult::add(const StagedResult& result, const std::vector<wire::Claim
                 if constexpr (requires { this->add(part); }) this->add(part);
             },
             message);
-    for (const wire::Claim& claim : claims) {
-        wire::Claim* last = parcel_.claims.empty() ? nullptr : &parcel_.claims.back();
-        const bool goes_on = last && last->lease == claim.lease && last->range.source == claim.range.source &&
-                             last->range.first + last->range.count == claim.range.first;
-        if (goes_on)
-            last->range.count += claim.range.count;
-        else
-            parcel_.claims.push_back(claim);
-    }
+    for (const wire::Claim& claim : claims) parcel_.add_claim(claim);
     parcel_.balance += result.done().balance;
     parcel_.trace_s += result.done().trace_seconds;
     parcel_.cpu_s += result.done().cpu_seconds;
 }
 
-void MergedResult::add(const wire::ResultHits& part) {
-    const auto same = [&](const LightHits& hits) { return hits.light == part.light; };
-    auto into = std::find_if(parcel_.hits.rbegin(), parcel_.hits.rend(), same);
-    LightHits& hits = into == parcel_.hits.rend() ? parcel_.hits.emplace_back(LightHits{part.light, {}, {}}) : *into;
-    hits.records.insert(hits.records.end(), part.records.begin(), part.records.end());
-    hits.energies.insert(hits.energies.end(), part.energies.begin(), part.energies.end());
-}
+void MergedResult::add(const wire::ResultHits& part) { parcel_.add_hits(part.light, part.records, part.energies); }
 
 void MergedResult::add(const wire::ResultMap& part) {
     if (!sums_) sums_.emplace(prepared_->scene, prepared_->layout);

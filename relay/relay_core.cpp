@@ -21,12 +21,8 @@ RelayCore::RelayCore(const RelayIdentity& identity, MasterPolicy farm, double dr
 
 Effects RelayCore::settle_and_take(double now_s) {
     merge_pending(now_s);
-    for (auto& [id, job] : jobs_) {
-        give_back_what_is_hopeless(job);
-        end_drain_if_done(id, job, now_s);
-    }
+    for (auto& [id, job] : jobs_) end_drain_if_done(id, job, now_s);
     close_what_is_due(now_s);
-    route(farm_.settle(now_s));
     pull();  // first, so that what goes back does not come again
     send_returns();
     finish_if_drained(now_s);
@@ -69,6 +65,7 @@ Effects RelayCore::on_upstream_message(wire::Message message, double now_s) {
                 take_job(m, now_s);
             } else if constexpr (std::is_same_v<M, wire::Lease>) {
                 take_lease(std::move(m));
+                route(farm_.settle(now_s));
             } else if constexpr (std::is_same_v<M, wire::ResultAck>) {
                 take_ack(m);
             } else if constexpr (std::is_same_v<M, wire::JobGone>) {
@@ -158,6 +155,7 @@ Effects RelayCore::on_served(SessionId session, wire::Message reply, std::uint64
 
 Effects RelayCore::tick(double now_s) {
     route(farm_.tick(now_s));
+    for (auto& [id, job] : jobs_) give_back_what_is_hopeless(job);
     give_back_what_nobody_traces(now_s);
     tell_parts();
     return settle_and_take(now_s);

@@ -123,6 +123,7 @@ Effects RelayCore::on_prepared(const wire::JobInfo& info, Result<Preparation> pr
         job.phase = Phase::running;
         route(farm_.begin_lent(std::move(record), std::move(ready.recovered), now_s));
         for (wire::Lease& lease : std::exchange(job.waiting, {})) lend(job, std::move(lease));
+        route(farm_.settle(now_s));
     }
     return settle_and_take(now_s);
 }

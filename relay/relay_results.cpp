@@ -56,8 +56,8 @@ void RelayCore::close_what_is_due(double now_s) {
     for (auto& [id, job] : jobs_) {
         if (!job.open || job.open->empty()) continue;
         const bool late = now_s - job.open_since_s >= job.flush_s;
-        const bool hits = job.info.spec.packing == Packing::records && results_.size() < limits::results_in_flight;
-        if (late || job.sets.empty() || hits) close(job);
+        const bool may_go = job.info.spec.packing == Packing::records && results_.size() < limits::results_in_flight;
+        if (late || job.sets.empty() || may_go) close(job);
     }
 }
 

@@ -27,6 +27,26 @@ std::size_t Parcel::bytes() const {
     return bytes;
 }
 
+void Parcel::add_hits(std::uint32_t light, std::span<const HitRecord> records,
+                      std::span<const std::uint32_t> energies) {
+    if (records.empty()) return;
+    const auto same = [&](const LightHits& of) { return of.light == light; };
+    const auto into = std::find_if(hits.rbegin(), hits.rend(), same);
+    LightHits& of_light = into == hits.rend() ? hits.emplace_back(LightHits{light, {}, {}}) : *into;
+    of_light.records.insert(of_light.records.end(), records.begin(), records.end());
+    of_light.energies.insert(of_light.energies.end(), energies.begin(), energies.end());
+}
+
+void Parcel::add_claim(const wire::Claim& claim) {
+    wire::Claim* last = claims.empty() ? nullptr : &claims.back();
+    const bool goes_on = last && last->lease == claim.lease && last->range.source == claim.range.source &&
+                         last->range.first + last->range.count == claim.range.first;
+    if (goes_on)
+        last->range.count += claim.range.count;
+    else
+        claims.push_back(claim);
+}
+
 void move_sums(LightMap& sums, Parcel& parcel) {
     const auto& texels = sums.texels();
     for (std::size_t i = 0; i < texels.size(); ++i) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 /// A closed result on its way to the master.
@@ -36,6 +37,10 @@ struct Parcel {
     std::vector<KeptHit> kept;
 
     std::size_t bytes() const;
+    /// Hits of one light go together. `energies`: empty, or one a record.
+    void add_hits(std::uint32_t light, std::span<const HitRecord> records, std::span<const std::uint32_t> energies);
+    /// What goes on where the claim before ended is one with it.
+    void add_claim(const wire::Claim& claim);
 };
 
 /// Packing maps: puts the sums that are not zero into a parcel that has none. They are zero then.

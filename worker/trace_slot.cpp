@@ -58,7 +58,7 @@ void TraceSlot::trace_slice() {
     }
     open_.trace_s += clocks_.wall_s() - wall_s;
     open_.cpu_s += clocks_.cpu_s() - cpu_s;
-    claim(slice);
+    open_.add_claim({set_->lease, set_->epoch, slice});
 }
 
 /// Particles that leave their light, or go on in a subspace, light by light.
@@ -90,7 +90,7 @@ void TraceSlot::trace_in_territory(const ParticleRange& slice) {
 void TraceSlot::keep(std::uint32_t light) {
     const JobSpec& spec = set_->job->spec;
     open_.balance += hits_.balance;
-    if (spec.packing == Packing::records) return keep_records(light);
+    if (spec.packing == Packing::records) return open_.add_hits(light, hits_.records, hits_.energies);
     keep_sums(light);
     if (spec.keep_hits > 0) keep_candidates(light);
 }
@@ -98,23 +98,6 @@ void TraceSlot::keep(std::uint32_t light) {
 void TraceSlot::keep_departures(std::uint32_t light) {
     for (const Departure& departure : departures_)
         open_.flights[departure.subspace].push_back(wire::pack_flight(departure.flight, light));
-}
-
-void TraceSlot::claim(const ParticleRange& slice) {
-    if (!open_.claims.empty() && open_.claims.back().lease == set_->lease) {
-        open_.claims.back().range.count += slice.count;
-        return;
-    }
-    open_.claims.emplace_back(set_->lease, set_->epoch, slice);
-}
-
-void TraceSlot::keep_records(std::uint32_t light) {
-    if (hits_.records.empty()) return;
-    const auto same = [&](const LightHits& hits) { return hits.light == light; };
-    auto into = std::find_if(open_.hits.rbegin(), open_.hits.rend(), same);
-    LightHits& hits = into == open_.hits.rend() ? open_.hits.emplace_back(LightHits{light, {}, {}}) : *into;
-    hits.records.insert(hits.records.end(), hits_.records.begin(), hits_.records.end());
-    hits.energies.insert(hits.energies.end(), hits_.energies.begin(), hits_.energies.end());
 }
 
 void TraceSlot::keep_sums(std::uint32_t light) {

@@ -60,11 +60,9 @@ private:
     void trace_slice();
     void trace_in_territory(const ParticleRange& slice);
     void keep(std::uint32_t light);
-    void keep_records(std::uint32_t light);
     void keep_sums(std::uint32_t light);
     void keep_candidates(std::uint32_t light);
     void keep_departures(std::uint32_t light);
-    void claim(const ParticleRange& slice);
     bool full() const;
     SlotReport report(bool close, bool finished);
     Parcel close();

@@ -35,18 +35,18 @@ protected:
 
 TEST_F(LearnedCuts, ShareOutWhatThePlanDidNotExpect) {
     std::vector<TexelSums> texels(prepared_->layout.texel_count());
-    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels).balance.now, 1) << "nothing is known";
+    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels).evenness.now, 1) << "nothing is known";
     // all hits are on one triangle
     const std::uint64_t first = prepared_->layout.first_texel(0, 0), last = prepared_->layout.first_texel(0, 1);
     for (std::uint64_t texel = first; texel < last; ++texel) texels[texel].hits = 1'000'000;
     const LearnedCut learned = learn_cut(*prepared_, planned(), texels);
-    EXPECT_GT(learned.balance.now, 1.5);
-    EXPECT_LT(learned.balance.learned, learned.balance.now);
-    EXPECT_TRUE(learned.balance.is_worth_a_cut(1.25));
+    EXPECT_GT(learned.evenness.now, 1.5);
+    EXPECT_LT(learned.evenness.learned, learned.evenness.now);
+    EXPECT_TRUE(learned.evenness.is_worth_a_cut(1.25));
     EXPECT_EQ(learned.cut.subspaces(), planned().subspaces());
     const LearnedCut again = learn_cut(*prepared_, learned.cut, texels);
-    EXPECT_DOUBLE_EQ(again.balance.now, learned.balance.learned);
-    EXPECT_FALSE(again.balance.is_worth_a_cut(1.25)) << "the same hits teach nothing new";
+    EXPECT_DOUBLE_EQ(again.evenness.now, learned.evenness.learned);
+    EXPECT_FALSE(again.evenness.is_worth_a_cut(1.25)) << "the same hits teach nothing new";
 }
 
 TEST_F(LearnedCuts, FileEveryFlightWhereItIs) {

@@ -48,6 +48,13 @@ protected:
         effects_.clear();
         take(core_.on_message(session, std::move(message), request, now_s_));
     }
+    /// The connection to the master above is lost, and had again after so long.
+    void reconnect(double after_s = 0) {
+        take(core_.on_upstream_lost({}, now_s_));
+        now_s_ += after_s;
+        take(core_.on_upstream_open(now_s_));
+        above(wire::Welcome(6));
+    }
     void tick() {
         effects_.clear();
         take(core_.tick(now_s_));
@@ -181,9 +188,7 @@ TEST_F(Relay, LostConnectionStatesWhatItHolds) {
     const auto sets = pull(ann, 2);
     ASSERT_EQ(sets.size(), 2u);
     for (const auto& set : sets) EXPECT_EQ(deliver(ann, set, set.lease), wire::Verdict::accepted);
-    take(core_.on_upstream_lost({}, now_s_));
-    take(core_.on_upstream_open(now_s_));
-    above(wire::Welcome(6));
+    reconnect();
     const auto progress = sent_up<wire::Progress>();
     ASSERT_TRUE(progress);
     std::set<std::uint64_t> held;
@@ -199,10 +204,7 @@ TEST_F(Relay, AwayForTooLongItDropsItsSets) {
     open_job();
     lease(70, 0, 2'000);
     const auto sets = pull(ann, 1);
-    take(core_.on_upstream_lost({}, now_s_));
-    now_s_ += limits::reconnect_seconds + 1;
-    take(core_.on_upstream_open(now_s_));
-    above(wire::Welcome(6));
+    reconnect(limits::reconnect_seconds + 1);
     EXPECT_EQ(sent_up<wire::Progress>()->leases.size(), 0u);
     EXPECT_FALSE(all_sent<wire::JobGone>(ann).empty()) << "nothing is held of the job";
     EXPECT_EQ(deliver(ann, sets[0], 1), wire::Verdict::job_gone);
@@ -273,6 +275,7 @@ TEST_F(Relay, JobThatNoWorkerCanTraceGoesBack) {
     const auto sets = pull(ann, 1);
     ASSERT_EQ(sets.size(), 1u);
     below(ann, wire::ReturnLeases(wire::ReturnReason::tracer_failed, {wire::LeaseRef(sets[0].lease, sets[0].epoch)}));
+    tick();
     const auto returned = sent_up<wire::ReturnLeases>();
     ASSERT_TRUE(returned);
     EXPECT_EQ(returned->reason, wire::ReturnReason::no_scene);
@@ -307,9 +310,7 @@ TEST_F(Relay, ReconnectedWhileAJobDrainsItHandsUpWhatItHas) {
     lease(70, 0, 2'000);
     const auto sets = pull(ann, 1);
     above(wire::Drain(1));
-    take(core_.on_upstream_lost({}, now_s_));
-    take(core_.on_upstream_open(now_s_));
-    above(wire::Welcome(6));
+    reconnect();
     open_job(Packing::maps);
     EXPECT_EQ(deliver(ann, sets[0], 1), wire::Verdict::accepted);
     EXPECT_EQ(handed_up().size(), 1u);

@@ -193,9 +193,10 @@ void SimulatedMaster::carry_out(Prepare& prepare) {
 }
 
 void SimulatedMaster::carry_out(MeasureCut& measure) {
-    slowly(
-        [this, measure] { return storage_->measure(measure); },
-        [this, measure](const Balance& balance) { return core_->on_cut_measured(measure, balance, world_.now_s()); });
+    slowly([this, measure] { return storage_->measure(measure); },
+           [this, measure](const Evenness& evenness) {
+               return core_->on_cut_measured(measure, evenness, world_.now_s());
+           });
 }
 
 void SimulatedMaster::carry_out(StoreResult& store) {
