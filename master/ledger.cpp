@@ -140,12 +140,14 @@ Interval Ledger::take(Share& share, std::uint64_t count) {
 }
 
 std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands hands, std::uint64_t count,
-                                              double now_s, double deadline_s, std::optional<std::uint32_t> source) {
+                                              double now_s, double deadline_s, std::optional<std::uint32_t> source,
+                                              double due_s) {
+    due_s = std::max(due_s, now_s);
     ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
     if (const auto lost = lost_.take(now_s, hands == Hands::empty, count)) {
         leases_.emplace(id, Lease{worker,
                                   lost->range.source,
-                                  now_s,
+                                  due_s,
                                   deadline_s,
                                   0,
                                   lost->lost_with,
@@ -158,29 +160,29 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
     Share& share = shares_[*source];
     const Interval taken = take(share, std::min(count, share.available));
     set_available(*source, share.available - (taken.end - taken.begin));
-    leases_.emplace(id, Lease{worker, *source, now_s, deadline_s, 0, {}, 0, {taken}});
+    leases_.emplace(id, Lease{worker, *source, due_s, deadline_s, 0, {}, 0, {taken}});
     return NewLease{{*source, taken.begin, taken.end - taken.begin}};
 }
 
-std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
+std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, double due_before_s, double now_s,
                                                    double deadline_s, std::uint64_t count_max) {
     ensure(id != 0 && !leases_.contains(id), "a lease is new");
-    auto oldest = leases_.end();
+    auto latest = leases_.end();
     for (auto it = leases_.begin(); it != leases_.end(); ++it) {
         const Lease& lease = it->second;
-        if (lease.twin != 0 || lease.worker == worker || lease.given_s >= given_before_s) continue;
+        if (lease.twin != 0 || lease.worker == worker || lease.due_s >= due_before_s) continue;
         if (lease.owed.front().end - lease.owed.front().begin > count_max) continue;
-        if (oldest == leases_.end() || lease.given_s < oldest->second.given_s) oldest = it;
+        if (latest == leases_.end() || lease.due_s < latest->second.due_s) latest = it;
     }
-    if (oldest == leases_.end()) return std::nullopt;
-    Lease& straggler = oldest->second;
+    if (latest == leases_.end()) return std::nullopt;
+    Lease& straggler = latest->second;
     const Interval owed = straggler.owed.front();
     straggler.twin = id;
     leases_.emplace(id, Lease{worker,
                               straggler.source,
                               now_s,
                               deadline_s,
-                              oldest->first,
+                              latest->first,
                               straggler.lost_with,
                               straggler.retries,
                               {owed}});
@@ -420,6 +422,14 @@ std::uint64_t Ledger::workers() const {
 bool Ledger::has_lease(WorkerId worker) const {
     return std::any_of(leases_.begin(), leases_.end(),
                        [&](const auto& entry) { return entry.second.worker == worker; });
+}
+
+std::uint64_t Ledger::owed_by(WorkerId worker) const {
+    std::uint64_t particles = 0;
+    for (const auto& [id, lease] : leases_)
+        if (lease.worker == worker)
+            for (const Interval& piece : lease.owed) particles += piece.end - piece.begin;
+    return particles;
 }
 
 std::vector<LeaseId> Ledger::leases_of(WorkerId worker) const {

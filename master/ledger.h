@@ -88,13 +88,13 @@ public:
     /// Queues that have something to give: (how much, source), ascending.
     const std::set<std::pair<std::uint64_t, std::uint32_t>>& queues() const { return by_length_; }
     /// Leases up to `count` consecutive particles: lost ones whose wait is over; else of the source, or where none is
-    /// named of next_light(). Empty when there is nothing. REQUIRES: count > 0, a new id.
+    /// named of next_light(). Empty when there is nothing. `due_s`: when they should be done, where that is known.
+    /// REQUIRES: count > 0, a new id.
     std::optional<NewLease> lease(LeaseId id, WorkerId worker, Hands hands, std::uint64_t count, double now_s,
-                                  double deadline_s, std::optional<std::uint32_t> source = {});
-    /// Leases what a straggler still owes a second time: the oldest lease of another worker that was given before
-    /// `given_before_s` and has no twin yet. The first commit wins.
-    /// `count_max`: of its particles.
-    std::optional<NewLease> lease_twin(LeaseId id, WorkerId worker, double given_before_s, double now_s,
+                                  double deadline_s, std::optional<std::uint32_t> source = {}, double due_s = 0);
+    /// Leases what a straggler still owes a second time: the lease of another worker that is most overdue, was due
+    /// before `due_before_s` and has no twin yet. The first commit wins. `count_max`: of its particles.
+    std::optional<NewLease> lease_twin(LeaseId id, WorkerId worker, double due_before_s, double now_s,
                                        double deadline_s, std::uint64_t count_max = limits::particles_per_set_max);
 
     /// Says whether all the claims together may be stored. Changes nothing.
@@ -132,6 +132,7 @@ public:
     std::uint64_t workers() const;  ///< that hold a lease
     std::vector<LeaseId> leases_of(WorkerId worker) const;
     bool has_lease(WorkerId worker) const;
+    std::uint64_t owed_by(WorkerId worker) const;  ///< particles
     std::uint64_t outstanding() const { return leases_.size(); }
     /// Particles to give out, but for lost ones.
     std::uint64_t unleased() const { return emits_ ? unleased_ : queued_; }
@@ -163,7 +164,7 @@ private:
     struct Lease {
         WorkerId worker = 0;
         std::uint32_t source = 0;
-        double given_s = 0;
+        double due_s = 0;
         double deadline_s = 0;
         LeaseId twin = 0;                 ///< 0: none
         std::vector<WorkerId> lost_with;  ///< workers that were lost with its particles, before

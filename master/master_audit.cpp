@@ -52,8 +52,7 @@ bool MasterCore::give_audit_set(Session& session, Worker& worker, const std::vec
         const LeaseId lease = new_lease();
         const Audits::Set set = audits_.give(id, session.machine(), lease, now_s);
         tell(session, worker, *job);
-        --worker.wanted;
-        worker.job = id;
+        worker.count_lease(id);
         send(session.id, wire::Lease(lease, policy_.epoch, id, set.range, set.keep_threshold, set.audit));
         return true;
     }

@@ -227,8 +227,9 @@ private:
     // workers (master_work.cpp)
     void give_twins(double now_s);
     void give_twin(Session& session, Worker& worker, double now_s);
-    void send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
-                    double now_s);
+    double seconds_for(const Session& session, const Worker& worker, JobId id, std::uint64_t particles) const;
+    void send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range, double now_s,
+                    bool twin = false);
     std::uint64_t threads() const;
 
     // the end (master_stop.cpp)

@@ -12,7 +12,8 @@ void MasterCore::on(Session& session, const wire::Pull& pull, double now_s) {
     if (!worker.leases_stated)
         return send_off(session.id, wire::GoodbyeReason::protocol_error, Discard::protocol_error,
                         "a worker states its leases before it pulls", now_s);
-    worker.wanted = std::min(pull.sets, limits::leases_per_worker_max);
+    const std::uint64_t under_way = worker.leases_given - std::min(pull.leases, worker.leases_given);
+    worker.wanted = pull.sets - static_cast<std::uint32_t>(std::min<std::uint64_t>(under_way, pull.sets));
     if (!session.is_relay()) return;
     worker.threads_per_set = pull.threads_per_set;
     session.hello.threads = pull.threads;
@@ -263,6 +264,23 @@ MasterCore::Job* MasterCore::job_for(const Session& session, const std::vector<J
     return ahead * worker.threads_per_set <= session.hello.threads ? current : fewest;
 }
 
+/// Until a worker should have done so many particles more than it holds; 0 when its pace is not known. What it says of
+/// its speed delays nothing for longer than limits::lease_seconds.
+double MasterCore::seconds_for(const Session& session, const Worker& worker, JobId id, std::uint64_t particles) const {
+    const auto pace_of = [&](JobId job) {
+        const auto pace = worker.paces.find(job);
+        return pace == worker.paces.end() ? 0 : pace->second.particles_per_s();
+    };
+    if (pace_of(id) == 0) return 0;
+    const double set_s = static_cast<double>(particles) / pace_of(id);
+    double all_s = set_s;
+    for (const auto& [other, job] : jobs_)
+        if (job.active && pace_of(other) > 0)
+            all_s += static_cast<double>(job.active->ledger().owed_by(session.instance())) / pace_of(other);
+    const double needed_s = std::max(set_s / worker.threads_per_set, all_s / std::max(session.hello.threads, 1u));
+    return std::min(needed_s, limits::lease_seconds);
+}
+
 bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Job*>& jobs, std::uint64_t farm_threads,
                           double now_s) {
     if (has_suspect(worker)) return false;
@@ -274,8 +292,10 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
     if (!job) return false;
     Ledger& ledger = job->active->ledger();
     const SetPolicy policy{job->record.spec.particles_per_set, policy_.set_target_seconds};
-    std::uint64_t size = next_set_size(policy, worker.paces[job->record.id()],
-                                       ledger.unleased() + ledger.lost().waiting_particles(), farm_threads);
+    Pace& pace = worker.paces[job->record.id()];
+    const std::uint64_t unleased = ledger.unleased() + ledger.lost().waiting_particles();
+    const std::uint64_t sets_at_once = std::max<std::uint64_t>(session.hello.threads / worker.threads_per_set, 1);
+    std::uint64_t size = next_set_size(policy, pace, {unleased, farm_threads, sets_at_once});
     size = std::min(size * worker.threads_per_set, limits::particles_per_set_max);
     std::optional<std::uint32_t> source = ledger.next_light();
     if (job->active->prepared().subspaces) {
@@ -284,9 +304,12 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
         size = std::min(size, particles_per_set_max(*job, session, source.value_or(none)));
     }
     const LeaseId id = new_lease();
-    const auto given = ledger.lease(id, session.instance(), hands, size, now_s, now_s + limits::lease_seconds, source);
+    const double due_s = now_s + seconds_for(session, worker, job->record.id(), size);
+    const auto given =
+        ledger.lease(id, session.instance(), hands, size, now_s, now_s + limits::lease_seconds, source, due_s);
     if (!given) return false;
     if (given->alone) worker.alone = id;
+    if (!pace.known()) pace.give();
     send_lease(session, worker, *job, id, given->range, now_s);
     return true;
 }
@@ -347,14 +370,14 @@ void MasterCore::tell(Session& session, Worker& worker, Job& job) {
 }
 
 void MasterCore::send_lease(Session& session, Worker& worker, Job& job, LeaseId lease, const ParticleRange& range,
-                            double now_s) {
+                            double now_s, bool twin) {
     const JobId id = job.record.id();
     tell(session, worker, job);
     if (!job.started_s) job.started_s = now_s;
-    --worker.wanted;
-    worker.job = id;
+    worker.count_lease(id);
     effects_.push_back(StoreLeases{{{id, {lease, session.instance(), range}}}, {}});
     wire::Lease message(lease, policy_.epoch, id, range, job.active->keep_threshold());
+    message.apart = twin;
     message.flights = job.active->flights(range);
     send(session.id, std::move(message));
 }
@@ -382,7 +405,7 @@ void MasterCore::give_twin(Session& session, Worker& worker, double now_s) {
             ledger.lease_twin(lease, session.instance(), late_s, now_s, now_s + limits::lease_seconds, most);
         if (!twin) continue;
         if (twin->alone) worker.alone = lease;
-        return send_lease(session, worker, *job, lease, twin->range, now_s);
+        return send_lease(session, worker, *job, lease, twin->range, now_s, true);
     }
 }
 

@@ -27,7 +27,8 @@ struct Parts {
 };
 
 struct Worker {
-    std::uint32_t wanted = 0;  ///< sets that it has room for
+    std::uint32_t wanted = 0;        ///< sets that it has room for
+    std::uint64_t leases_given = 0;  ///< in this session
     std::uint32_t threads_per_set = 1;
     bool leases_stated = false;     ///< its first Progress has come
     std::map<LeaseId, JobId> held;  ///< leases it stated when it came
@@ -41,6 +42,13 @@ struct Worker {
     std::map<JobId, Parts> parts;  ///< strategy subspaces
     std::uint64_t particles = 0;
     std::uint32_t invalid_results = 0;
+
+    /// A lease of the job is sent.
+    void count_lease(JobId of_job) {
+        --wanted;
+        ++leases_given;
+        job = of_job;
+    }
 };
 
 struct Session {

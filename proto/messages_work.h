@@ -16,20 +16,21 @@
 /// Messages that give out work.
 namespace lumenfarm::wire {
 
-/// worker -> master: the worker has room for `sets` more leases. Replaces what an earlier Pull asked for; each Lease
-/// sent counts one off. 0 takes the wish back.
+/// worker -> master: the worker has room for `sets` more leases than the `leases` that have reached it in this session.
+/// Replaces what an earlier Pull asked for; each Lease sent counts one off. 0 takes the wish back.
 struct Pull {
     static constexpr auto type = MessageType::pull;
-    std::uint32_t sets = 0;  ///< at most limits::leases_per_worker_max
+    std::uint32_t sets = 0;    ///< at most limits::leases_per_worker_max
+    std::uint64_t leases = 0;  ///< the others are on their way: they count, too
     // of a relay; else 0 and 1
     std::uint32_t threads = 0;  ///< of its workers, at most limits::threads_behind_relay_max
     std::uint32_t threads_per_set =
         1;  ///< a set is to keep so many of them busy; 1 to limits::threads_behind_relay_max
 
     Pull() = default;
-    explicit Pull(std::uint32_t sets_) : sets(sets_) {}
-    Pull(std::uint32_t sets_, std::uint32_t threads_, std::uint32_t threads_per_set_)
-        : sets(sets_), threads(threads_), threads_per_set(threads_per_set_) {}
+    explicit Pull(std::uint32_t sets_, std::uint64_t leases_ = 0) : sets(sets_), leases(leases_) {}
+    Pull(std::uint32_t sets_, std::uint64_t leases_, std::uint32_t threads_, std::uint32_t threads_per_set_)
+        : sets(sets_), leases(leases_), threads(threads_), threads_per_set(threads_per_set_) {}
     bool operator==(const Pull&) const = default;
     bool valid() const {
         return sets <= limits::leases_per_worker_max && threads <= limits::threads_behind_relay_max &&
@@ -38,7 +39,7 @@ struct Pull {
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, sets, threads, threads_per_set);
+        fields(ar, sets, leases, threads, threads_per_set);
     }
 };
 
@@ -84,7 +85,9 @@ struct Lease {
     ParticleRange range;
     /// Hits of a higher keep_priority() are not kept by the master any more. 0 keeps none but those of priority 0.
     std::uint64_t keep_threshold = std::numeric_limits<std::uint64_t>::max();
-    std::uint64_t audit = 0;            ///< a result holds sets of one audit, or (0) of none
+    std::uint64_t audit = 0;  ///< a result holds sets of one audit, or (0) of none
+    /// A worker's result of this set holds nothing else: another worker may be first, and then it counts for nothing.
+    bool apart = false;
     std::vector<FlightRecord> flights;  ///< none, or one for each of the range; at most limits::flights_per_message_max
 
     Lease() = default;
@@ -99,7 +102,8 @@ struct Lease {
 
     template <class Archive>
     void serialize(Archive& ar, unsigned) {
-        fields(ar, lease, epoch, job, range, keep_threshold, audit, block(flights, limits::flights_per_message_max));
+        fields(ar, lease, epoch, job, range, keep_threshold, audit, apart,
+               block(flights, limits::flights_per_message_max));
     }
 };
 static_assert(limits::flights_per_message_max * limits::flight_record_bytes + 256 <=

@@ -183,7 +183,8 @@ void RelayCore::pull() {
     for (const auto& [id, job] : jobs_) ahead += sets_ahead(id, job);
     const bool room = !drain_by_s_ && threads > 0 && pending_.empty();
     const std::uint64_t sets = room && ahead < most ? most - ahead : 0;
-    const wire::Pull wish(static_cast<std::uint32_t>(sets), threads, std::max(1u, (threads + most - 1) / most));
+    const wire::Pull wish(static_cast<std::uint32_t>(sets), leases_received_, threads,
+                          std::max(1u, (threads + most - 1) / most));
     if (wish == wished_) return;
     wished_ = wish;
     send(wish);

@@ -166,8 +166,9 @@ private:
     std::deque<Digest> wanted_;  ///< files to be fetched after that
     std::set<Digest> keeping_;   ///< fetched, and on their way to the disk
     std::set<Digest> kept_;
-    std::vector<Request> requests_;  ///< that wait for a file
-    wire::Pull wished_;              ///< what the master believes that this relay has room for
+    std::vector<Request> requests_;      ///< that wait for a file
+    wire::Pull wished_;                  ///< what the master believes that this relay has room for
+    std::uint64_t leases_received_ = 0;  ///< in this session
     std::optional<double> drain_by_s_;
     bool finished_ = false;
     std::uint64_t particles_merged_ = 0;

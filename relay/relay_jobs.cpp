@@ -13,6 +13,7 @@ using worker::Discard;
 void RelayCore::greet(const wire::Welcome& welcome, double now_s) {
     welcome_ = true;
     wished_ = {};
+    leases_received_ = 0;
     // after this long the master above has given the leases to others
     if (lost_s_ && now_s - *lost_s_ > welcome.reconnect_seconds) {
         for (auto& [id, job] : jobs_) {
@@ -65,7 +66,9 @@ void RelayCore::take_job(const wire::JobInfo& info, double now_s) {
 }
 
 void RelayCore::take_lease(wire::Lease lease) {
+    ++leases_received_;
     if (wished_.sets > 0) --wished_.sets;
+    wished_.leases = leases_received_;
     const auto job = jobs_.find(lease.job);
     const bool failed = job != jobs_.end() && job->second.phase == Phase::failed;
     // a result of an audit is of one worker

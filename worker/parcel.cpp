@@ -49,6 +49,8 @@ void Parcel::add_claim(const wire::Claim& claim) {
 
 void move_sums(LightMap& sums, Parcel& parcel) {
     const auto& texels = sums.texels();
+    parcel.texels.reserve(
+        std::count_if(texels.begin(), texels.end(), [](const auto& texel) { return texel.hits > 0; }));
     for (std::size_t i = 0; i < texels.size(); ++i) {
         const TexelSums& texel = texels[i];
         if (texel.hits == 0) continue;

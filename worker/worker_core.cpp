@@ -98,6 +98,7 @@ Effects WorkerCore::on_discarded(Discard reason, std::string sentence, double no
 void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
     welcome_ = true;
     wished_ = 0;
+    leases_received_ = 0;
     // after this long the master has given the leases to others
     if (lost_s_ && now_s - *lost_s_ > welcome.reconnect_seconds) {
         count(Discard::set_outlived, queue_.size(), "the connection was away for too long");
@@ -141,7 +142,7 @@ void WorkerCore::pull() {
     if (drain_by_s_ || !room_for_results()) room = 0;
     if (room == wished_) return;
     wished_ = room;
-    send(wire::Pull(room));
+    send(wire::Pull(room, leases_received_));
 }
 
 void WorkerCore::send_returns() {

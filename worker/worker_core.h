@@ -6,6 +6,7 @@
 #include "worker/result_outbox.h"
 #include "worker/scene_fetch.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -75,6 +76,7 @@ private:
         std::optional<wire::Lease> lease;                    ///< of the set, until it is finished
         JobId job = 0;                                       ///< of the set and of the open result
         std::uint64_t audit = 0;                             ///< of the open result
+        bool apart = false;                                  ///< the open result is of one set alone
         std::map<std::uint64_t, std::uint32_t> open_leases;  ///< that the open result covers, and their epochs
         bool running = false;                                ///< a report is due
         bool open = false;                                   ///< a result is open
@@ -91,7 +93,13 @@ private:
         bool failed = false;
         bool draining = false;
         bool confirmed = false;       ///< the master has told of it in this session
+        bool has_results = false;     ///< at least one was closed
         bool gives_parts_up = false;  ///< the log says so
+
+        /// Most time that sums wait. The first result comes soon, for the master to learn the worker's speed.
+        double flush_s() const {
+            return has_results ? info.flush_seconds : std::min(limits::first_flush_seconds, info.flush_seconds);
+        }
     };
     /// A subspace whose triangles are on their way.
     struct Bringing {
@@ -170,7 +178,8 @@ private:
     std::optional<SceneFetch> fetch_;
     ResultOutbox results_;  ///< not acknowledged yet
     LeaseReturns returns_;
-    std::uint32_t wished_ = 0;  ///< what the master believes that this worker has room for
+    std::uint32_t wished_ = 0;           ///< what the master believes that this worker has room for
+    std::uint64_t leases_received_ = 0;  ///< in this session
     std::optional<double> drain_by_s_;
     bool finished_ = false;
     std::uint64_t particles_merged_ = 0;

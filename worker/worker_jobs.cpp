@@ -50,6 +50,7 @@ void WorkerCore::take_job(const wire::JobInfo& info) {
 }
 
 void WorkerCore::take_lease(const wire::Lease& lease) {
+    ++leases_received_;
     if (wished_ > 0) --wished_;
     const auto job = jobs_.find(lease.job);
     const bool failed = job != jobs_.end() && job->second.failed;
@@ -150,9 +151,10 @@ void WorkerCore::take_requests(const Result<std::vector<wire::Message>>& request
     if (!bytes) return;
     const Digest scene = fetch_->scene();
     fetch_.reset();
-    effects_.push_back(KeepScene{scene, bytes});
     prepare_jobs_of(scene, bytes);
     prepare_part_of(scene, bytes);
+    // a disk may take its time
+    effects_.push_back(KeepScene{scene, bytes});
     fetch_next();
 }
 

@@ -19,9 +19,11 @@ Effects WorkerCore::on_slot(std::size_t index, SlotReport report, double now_s) 
 }
 
 void WorkerCore::take_report(Slot& slot, SlotReport& report) {
-    if (report.result && !jobs_.contains(slot.job)) {
+    const auto job = jobs_.find(slot.job);
+    if (report.result && job == jobs_.end()) {
         count(Discard::result_of_gone_job, 1, "job " + std::to_string(slot.job));
     } else if (report.result) {
+        job->second.has_results = true;
         results_.add(std::move(*report.result));
     }
     slot.open = report.open;
@@ -50,22 +52,23 @@ void WorkerCore::feed(std::size_t index, double now_s) {
 void WorkerCore::start_next(std::size_t index, double now_s) {
     Slot& slot = slots_[index];
     const auto first_of = [&](auto fits) { return std::find_if(queue_.begin(), queue_.end(), fits); };
-    auto next = slot.open ? first_of([&](const wire::Lease& lease) {
-        return lease.job == slot.job && lease.audit == slot.audit && is_at_hand(lease);
-    })
+    const auto goes_along = [&](const wire::Lease& lease) {
+        return lease.job == slot.job && lease.audit == slot.audit && !lease.apart && !slot.apart;
+    };
+    auto next = slot.open ? first_of([&](const wire::Lease& lease) { return goes_along(lease) && is_at_hand(lease); })
                           : queue_.end();
     if (next == queue_.end() || !ready(*next)) next = first_of([&](const wire::Lease& lease) { return ready(lease); });
     if (slot.open) {
         const auto job = jobs_.find(slot.job);
-        const bool late = job == jobs_.end() || now_s - slot.open_since_s >= job->second.info.flush_seconds;
-        if (late || next == queue_.end() || next->job != slot.job || next->audit != slot.audit)
-            return stop_slot(index, SlotAsk::close);
+        const bool late = job == jobs_.end() || now_s - slot.open_since_s >= job->second.flush_s();
+        if (late || next == queue_.end() || !goes_along(*next)) return stop_slot(index, SlotAsk::close);
     }
     if (next == queue_.end()) return;
     if (!slot.open) slot.open_since_s = now_s;
     slot.lease = *next;
     slot.job = next->job;
     slot.audit = next->audit;
+    slot.apart = next->apart;
     slot.open_leases.emplace(next->lease, next->epoch);
     slot.open = slot.running = true;
     SetWork work{jobs_.at(next->job).context, next->lease, next->epoch, next->range, next->keep_threshold};
@@ -95,7 +98,7 @@ void WorkerCore::interrupt_late(double now_s) {
         Slot& slot = slots_[i];
         const auto job = jobs_.find(slot.job);
         if (!slot.running || !slot.open || slot.abandoned || slot.close_asked || job == jobs_.end()) continue;
-        if (now_s - slot.open_since_s < job->second.info.flush_seconds) continue;
+        if (now_s - slot.open_since_s < job->second.flush_s()) continue;
         slot.close_asked = true;
         effects_.push_back(InterruptSlot{i, SlotAsk::close});
     }

@@ -82,11 +82,12 @@ static_assert(frame_header_bytes + flights_per_message_max * flight_record_bytes
 static_assert(chunk_bytes + 4'096 <= frame_payload_bytes_max);
 
 // Farm: leases, results and who takes part
-inline constexpr std::uint64_t first_set_particles = 1'000;  ///< of an automatic set while a worker's pace is unknown
-inline constexpr std::uint64_t last_set_particles = 256;     ///< guided sets do not shrink below this
-inline constexpr std::uint64_t slice_particles = 1'024;      ///< traced between two looks at whether to stop
-inline constexpr std::size_t result_close_bytes = 8u << 20;  ///< a worker closes a result that has grown to this
-inline constexpr std::size_t map_bytes_max = 64u << 20;      ///< dense sums of a job that is packed as maps
+inline constexpr std::uint64_t first_set_particles = 1'000;      ///< of a worker's first automatic sets
+inline constexpr double first_flush_seconds = 0.1;               ///< until a worker's first result of a job, at most
+inline constexpr std::uint64_t last_set_particles = 256;         ///< guided sets do not shrink below this
+inline constexpr std::uint64_t slice_particles = 1'024;          ///< traced between two looks at whether to stop
+inline constexpr std::size_t result_close_bytes = 8u << 20;      ///< a worker closes a result that has grown to this
+inline constexpr std::size_t map_bytes_max = 64u << 20;          ///< dense sums of a job that is packed as maps
 inline constexpr std::uint64_t flights_waiting_max = 1'000'000;  ///< in subspaces; with more no light emits
 inline constexpr std::uint64_t flights_per_worker_max = 65'536;  ///< in its leases; half its outbox
 inline constexpr std::uint64_t part_bytes_per_triangle = 300;    ///< that a worker takes to trace in a subspace
@@ -132,7 +133,7 @@ inline constexpr double reconnect_seconds = 10;   ///< leases of a lost connecti
                                                   ///< master may be told otherwise
 inline constexpr double finish_seconds = 10;      ///< an interrupted job waits for outstanding results this long
 inline constexpr double straggler_targets =
-    3;  ///< a lease this many target times old may be traced again by an idle worker
+    3;  ///< a lease overdue by this many target times may be traced again by an idle worker
 inline constexpr double drain_seconds = 10;  ///< a stopped worker may take this long to hand back its work
 inline constexpr double drain_seconds_max = 86'400;
 inline constexpr double stop_seconds = 10;  ///< a stopped master waits this long for results on their way to its disk

@@ -147,6 +147,18 @@ TEST(Ledger, FirstOfTwoTwinsWins) {
     EXPECT_EQ(verdict(ledger, ann, whole(1, *range)), ClaimVerdict::already_committed);
 }
 
+TEST(Ledger, TheLeaseThatIsMostOverdueGetsATwin) {
+    Ledger ledger({300});
+    lease(ledger, 1, ann, 100, 0, 60);
+    ASSERT_TRUE(ledger.lease(2, ann, Ledger::Hands::full, 100, 0, 60, {}, 20));
+    ASSERT_TRUE(ledger.lease(3, ann, Ledger::Hands::full, 100, 0, 60, {}, 10));
+    EXPECT_EQ(ledger.owed_by(ann), 300u);
+    EXPECT_EQ(ledger.owed_by(bob), 0u);
+    EXPECT_EQ(ledger.lease_twin(4, bob, 15, 25, 60)->range, (ParticleRange{0, 0, 100}));
+    EXPECT_EQ(ledger.lease_twin(5, bob, 15, 25, 60)->range, (ParticleRange{0, 200, 100}));
+    EXPECT_FALSE(ledger.lease_twin(6, bob, 15, 25, 60)) << "the other one is not due yet";
+}
+
 TEST(Ledger, TwinOwesOnlyWhatTheStragglerOwes) {
     Ledger ledger({100});
     lease(ledger, 1, ann, 100, 0, 60);

@@ -44,6 +44,17 @@ protected:
     std::uint64_t results_ = 0;
 };
 
+/// They reach the worker as others do.
+TEST_F(AuditedMasterTest, LeasesOfAuditsOnTheirWayCountForAPull) {
+    submit(records_job(), 1);
+    join(ann, 11);
+    work(ann);
+    join(bob, 12);
+    ASSERT_EQ(pull(bob, 3).size(), 3u);
+    take(master_.on_message(bob, wire::Pull(4, 0), 0, now_s_));
+    EXPECT_EQ(all_sent<wire::Lease>(bob).size(), 1u);
+}
+
 TEST_F(AuditedMasterTest, JobEndsWhenEveryAuditHas) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);

@@ -38,6 +38,21 @@ TEST_F(MasterTest, MessagesOutOfPlaceEndTheSession) {
     EXPECT_EQ(master_.discarded(Discard::protocol_error), 2u);
 }
 
+/// What a worker asks for crosses what it is being sent.
+TEST_F(MasterTest, LeasesOnTheirWayCountForAPull) {
+    submit(records_job(), 1);
+    join(ann, 11);
+    EXPECT_EQ(pull(ann, 2).size(), 2u);
+    take(master_.on_message(ann, wire::Pull(3, 0), 0, now_s_));
+    EXPECT_EQ(all_sent<wire::Lease>(ann).size(), 1u) << "two are on their way";
+    take(master_.on_message(ann, wire::Pull(1, 1), 0, now_s_));
+    EXPECT_TRUE(all_sent<wire::Lease>(ann).empty());
+    take(master_.on_message(ann, wire::Pull(1, 3), 0, now_s_));
+    EXPECT_EQ(all_sent<wire::Lease>(ann).size(), 1u);
+    take(master_.on_message(ann, wire::Pull(1, 1'000), 0, now_s_));
+    EXPECT_EQ(all_sent<wire::Lease>(ann).size(), 1u) << "more than were sent";
+}
+
 TEST_F(MasterTest, JobRunsToItsEndAndIsDoneWhenItIsStored) {
     const JobId job = submit(records_job(), 1);
     join(ann, 11);

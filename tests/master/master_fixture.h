@@ -66,6 +66,7 @@ protected:
     }
 
     void greet(SessionId session, std::uint64_t instance, std::uint64_t print = fingerprint) {
+        leases_[session] = 0;
         take(master_.on_connect(session, "10.0.0.1:1", now_s_));
         wire::Hello hello(wire::Role::worker, "w" + std::to_string(instance), instance);
         hello.threads = 2;
@@ -77,7 +78,7 @@ protected:
         take(master_.on_message(session, wire::Progress(0, std::move(held)), 0, now_s_));
     }
     std::vector<wire::Lease> pull(SessionId session, std::uint32_t sets) {
-        take(master_.on_message(session, wire::Pull(sets), 0, now_s_));
+        take(master_.on_message(session, wire::Pull(sets, leases_[session]), 0, now_s_));
         return all_sent<wire::Lease>(session);
     }
 
@@ -106,6 +107,8 @@ protected:
         std::vector<std::uint64_t> tickets;
         std::vector<StoreRecord> records;
         for (Effect& effect : effects) {
+            if (const auto* send = std::get_if<Send>(&effect))
+                leases_[send->session] += std::holds_alternative<wire::Lease>(send->message);
             if (const auto* result = std::get_if<StoreResult>(&effect)) tickets.push_back(result->ticket);
             if (const auto* record = std::get_if<StoreRecord>(&effect)) records.push_back(*record);
             if (const auto* prepare = std::get_if<Prepare>(&effect)) prepare_ = *prepare;
@@ -141,8 +144,9 @@ protected:
     std::shared_ptr<const PreparedJob> prepared_;
     MasterCore master_;
     Effects effects_;
-    std::optional<Prepare> prepare_;         ///< the last one
-    std::optional<StoreSolution> solution_;  ///< the last one
+    std::map<SessionId, std::uint64_t> leases_;  ///< sent in the session
+    std::optional<Prepare> prepare_;             ///< the last one
+    std::optional<StoreSolution> solution_;      ///< the last one
     bool disk_held_ = false;
     std::vector<std::uint64_t> held_;  ///< tickets
     double now_s_ = 0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <vector>
 
 namespace lumenfarm {
 namespace {
@@ -16,27 +17,47 @@ Pace pace_of(double particles_per_s) {
 }
 
 TEST(SetSizer, FixedSizeIsKept) {
-    EXPECT_EQ(next_set_size({50'000, 2}, pace_of(10), 100, 8), 50'000u);
-    EXPECT_EQ(next_set_size({limits::particles_per_set_max * 2, 2}, {}, 100, 8), limits::particles_per_set_max);
+    EXPECT_EQ(next_set_size({50'000, 2}, pace_of(10), {100, 8, 1}), 50'000u);
+    EXPECT_EQ(next_set_size({limits::particles_per_set_max * 2, 2}, {}, {100, 8, 1}), limits::particles_per_set_max);
 }
 
-TEST(SetSizer, FirstSetsAreSmall) { EXPECT_EQ(next_set_size({}, {}, plenty, 4), limits::first_set_particles); }
+TEST(SetSizer, FirstSetsAreSmall) { EXPECT_EQ(next_set_size({}, {}, {plenty, 4, 1}), limits::first_set_particles); }
+
+TEST(SetSizer, UntilThePaceIsKnownSetsDoubleRoundByRound) {
+    Pace pace;
+    std::vector<std::uint64_t> sizes;
+    for (int i = 0; i < 13; ++i) {
+        sizes.push_back(next_set_size({}, pace, {plenty, 4, 2}));
+        pace.give();
+    }
+    EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1'000, 1'000, 1'000, 1'000, 2'000, 2'000, 2'000, 2'000, 4'000, 4'000,
+                                                 4'000, 4'000, 8'000}));
+    EXPECT_EQ(next_set_size({}, pace, {8'000, 4, 2}), 1'000u) << "but guided";
+    for (int i = 0; i < 1'000; ++i) pace.give();
+    EXPECT_LE(next_set_size({}, pace, {plenty, 4, 2}), limits::particles_per_set_max);
+    pace.learn(5'000, 1);
+    EXPECT_EQ(next_set_size({}, pace, {plenty, 4, 2}), 10'000u);
+}
+
+TEST(SetSizer, TheLastSetsAreNotTooShortForAQuickThread) {
+    EXPECT_EQ(next_set_size({0, 2}, pace_of(4'000'000), {1'000, 40, 1}), 40'000u) << "10 ms";
+}
 
 TEST(SetSizer, SetsAimAtTheTargetTime) {
-    EXPECT_EQ(next_set_size({0, 2}, pace_of(300'000), plenty, 4), 600'000u);
-    EXPECT_EQ(next_set_size({0, 0.5}, pace_of(300'000), plenty, 4), 150'000u);
+    EXPECT_EQ(next_set_size({0, 2}, pace_of(300'000), {plenty, 4, 1}), 600'000u);
+    EXPECT_EQ(next_set_size({0, 0.5}, pace_of(300'000), {plenty, 4, 1}), 150'000u);
 }
 
 TEST(SetSizer, SetsShrinkGuidedTowardsTheEnd) {
-    EXPECT_EQ(next_set_size({0, 2}, pace_of(300'000), 800'000, 4), 100'000u);
-    EXPECT_EQ(next_set_size({0, 2}, pace_of(300'000), 1'000, 4), limits::last_set_particles);
+    EXPECT_EQ(next_set_size({0, 2}, pace_of(300'000), {800'000, 4, 1}), 100'000u);
+    EXPECT_EQ(next_set_size({0, 2}, pace_of(3'000), {1'000, 4, 1}), limits::last_set_particles);
 }
 
 TEST(SetSizer, AbsurdSpeedsStayWithinTheLimits) {
-    EXPECT_EQ(next_set_size({0, 1e9}, pace_of(1e15), ~0ull, 1), limits::particles_per_set_max);
+    EXPECT_EQ(next_set_size({0, 1e9}, pace_of(1e15), {~0ull, 1, 1}), limits::particles_per_set_max);
     Pace pace;
     pace.learn(1, 1e300);
-    EXPECT_EQ(next_set_size({0, 2}, pace, plenty, 1), limits::last_set_particles);
+    EXPECT_EQ(next_set_size({0, 2}, pace, {plenty, 1, 1}), limits::last_set_particles);
 }
 
 TEST(Pace, NothingIsLearntOfEmptyOrTimelessResults) {

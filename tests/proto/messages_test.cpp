@@ -121,8 +121,8 @@ bool refused(const M& message) {
 TEST(Messages, WhatCannotBeTrueIsRefused) {
     const PartId part(1, 1, 0);
     EXPECT_TRUE(refused(Pull(limits::leases_per_worker_max + 1)));
-    EXPECT_TRUE(refused(Pull(1, limits::threads_behind_relay_max + 1, 1)));
-    EXPECT_TRUE(refused(Pull(1, 1, 0)));
+    EXPECT_TRUE(refused(Pull(1, 0, limits::threads_behind_relay_max + 1, 1)));
+    EXPECT_TRUE(refused(Pull(1, 0, 1, 0)));
     EXPECT_TRUE(refused(Lease(1, 1, 1, {0, 5, 0}, 0))) << "an empty range";
     EXPECT_TRUE(refused(Lease(1, 1, 1, {0, std::numeric_limits<std::uint64_t>::max(), 2}, 0))) << "overflow";
     EXPECT_TRUE(refused(Lease(1, 1, 1, {limits::lights_max + limits::subspaces_max, 0, 1}, 0)));

@@ -114,7 +114,7 @@ inline std::vector<wire::Message> sample_messages() {
         Heartbeat(17),
         HeartbeatReply(17),
         Refusal(RefusalReason::no_such_file, "there is no such file", sha256(std::as_bytes(std::span("abc")))),
-        Pull(4, 40, 20),
+        Pull(4, 1'000'000, 40, 20),
         JobInfo(12, sample_digest(9), 100'000, sample_spec(), 0.05, 2.0),
         Lease(4, 2, 12, {1, 5'000, 100}, 1u << 30),
         sample_lease_of_flights(),

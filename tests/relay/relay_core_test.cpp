@@ -60,6 +60,7 @@ protected:
         take(core_.tick(now_s_));
     }
     void join(SessionId session, std::uint64_t instance, std::uint32_t threads = 1) {
+        leases_[session] = 0;
         take(core_.on_connect(session, "10.0.0.1:1", now_s_));
         wire::Hello hello(wire::Role::worker, "w" + std::to_string(instance), instance);
         hello.threads = threads;
@@ -83,7 +84,7 @@ protected:
         above(wire::Lease(number, 1, job, {0, first, count}, 0));
     }
     std::vector<wire::Lease> pull(SessionId session, std::uint32_t sets) {
-        below(session, wire::Pull(sets));
+        below(session, wire::Pull(sets, leases_[session]));
         return all_sent<wire::Lease>(session);
     }
     /// The worker's honest result of a set.
@@ -116,6 +117,8 @@ protected:
                 const auto read = [&](const Digest& file) -> Result<std::vector<std::byte>> { return files_.at(file); };
                 take(core_.on_prepared(prepare->info, prepare_lent(*prepare, read), now_s_));
             } else {
+                if (const auto* send = std::get_if<Send>(&effect))
+                    leases_[send->session] += std::holds_alternative<wire::Lease>(send->message);
                 effects_.push_back(std::move(effect));
             }
         }
@@ -147,6 +150,7 @@ protected:
     RelayCore core_;
     Effects effects_;
     std::map<Digest, std::vector<std::byte>> files_;
+    std::map<SessionId, std::uint64_t> leases_;  ///< sent in the session
     std::size_t kept_ = 0;
     double now_s_ = 0;
 };
@@ -154,12 +158,21 @@ protected:
 TEST_F(Relay, SaysThatItIsOneAndPullsForTheThreadsOfItsWorkers) {
     EXPECT_FALSE(sent_up<wire::Pull>()) << "nobody is there";
     join(ann, 11, 3);
-    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(3, 3, 1));
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(3, 0, 3, 1));
     join(bob, 12, 4);
-    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 7, 2));
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 0, 7, 2));
     effects_.clear();
     take(core_.on_disconnect(ann, now_s_));
-    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 4, 1));
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(limits::relay_sets_ahead, 0, 4, 1));
+}
+
+TEST_F(Relay, APullSaysWhatHasCome) {
+    join(ann, 11);
+    open_job();
+    lease(1, 0, 1'000);
+    effects_.clear();
+    EXPECT_EQ(pull(ann, 1).size(), 1u);
+    EXPECT_EQ(sent_up<wire::Pull>(), wire::Pull(1, 1, 1, 1)) << "nothing is ahead any more";
 }
 
 TEST_F(Relay, CutsALeaseForItsWorkersAndClaimsOfTheMastersLease) {

@@ -302,15 +302,64 @@ TEST_F(WorkerTest, MapsAreHandedOverWhenLateOrIdle) {
     hear(lease(3));
     SlotReport open;
     open.set_finished = open.open = true;
-    now_s_ = 1;
+    now_s_ = limits::first_flush_seconds / 2;
     take(core_.on_slot(0, open, now_s_));
     ASSERT_EQ(all<StartSlot>().size(), 1u) << "the sums stay open for the next set";
-    now_s_ = 2.5;
+    now_s_ = limits::first_flush_seconds;
     take(core_.tick(now_s_));
-    EXPECT_EQ(all<InterruptSlot>().size(), 2u) << "flush_seconds have passed";
+    EXPECT_EQ(all<InterruptSlot>().size(), 2u) << "the first result comes soon";
     take(core_.on_slot(1, open, now_s_));
     ASSERT_TRUE(find<TellSlot>()) << "nothing is left to trace";
     EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
+}
+
+TEST_F(WorkerTest, LaterMapsWaitForTheFlushSeconds) {
+    welcome();
+    ready(Packing::maps);
+    hear(lease(1));
+    finish_set(0, lease(1));
+    hear(lease(2));
+    now_s_ = 1.9;
+    take(core_.tick(now_s_));
+    EXPECT_TRUE(all<InterruptSlot>().empty());
+    now_s_ = 2;
+    take(core_.tick(now_s_));
+    EXPECT_EQ(all<InterruptSlot>().size(), 1u);
+}
+
+TEST_F(WorkerTest, ASetApartHasAResultOfItsOwn) {
+    welcome();
+    ready(Packing::maps);
+    wire::Lease apart = lease(3);
+    apart.apart = true;
+    for (const wire::Lease& each : {lease(1), lease(2), apart, lease(4)}) hear(each);
+    SlotReport open;
+    open.set_finished = open.open = true;
+    take(core_.on_slot(0, open, now_s_));
+    EXPECT_EQ(find<StartSlot>()->work.lease, 4u) << "what may go along comes first";
+    take(core_.on_slot(0, open, now_s_));
+    ASSERT_TRUE(find<TellSlot>());
+    EXPECT_EQ(find<TellSlot>()->ask, SlotAsk::close);
+    SlotReport closed;
+    closed.result = parcel(lease(1), 1'000);
+    take(core_.on_slot(0, closed, now_s_));
+    EXPECT_EQ(find<StartSlot>()->work.lease, 3u);
+    hear(lease(5));
+    take(core_.on_slot(0, open, now_s_));
+    ASSERT_TRUE(find<TellSlot>()) << "nothing goes along with it";
+}
+
+TEST_F(WorkerTest, APullSaysWhatHasCome) {
+    welcome();
+    ready(Packing::records);
+    hear(lease(1));
+    hear(lease(2));
+    finish_set(0, lease(1));
+    EXPECT_EQ(sent<wire::Pull>(), wire::Pull(3, 2));
+    take(core_.on_disconnect(std::nullopt, now_s_));
+    welcome();
+    finish_set(1, lease(2));
+    EXPECT_EQ(sent<wire::Pull>(), wire::Pull(4, 0));
 }
 
 /// Sets of one slice end before they hear of it; were that forgotten, their sums would stay open for ever.
