@@ -24,6 +24,12 @@ void declare_bench_input(CLI::App& app, BenchInput& input) {
         ->default_str("");
 }
 
+void isa_option(CLI::App& app, std::string& isa) {
+    choice_option<std::string>(app, "--isa", isa,
+                               {{"auto", ""}, {"sse4.2", "sse4.2"}, {"avx2", "avx2"}, {"avx512", "avx512"}},
+                               "Instruction set of the ray queries");
+}
+
 Result<CompiledScene> read_bench_scene(const CLI::App& app, const BenchInput& input, Console& console) {
     const bool generated = !app.get_option("--generate")->empty();
     if (generated == !input.scene.file.empty())

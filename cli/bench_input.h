@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
+#include <string>
 
 namespace lumenfarm {
 
@@ -16,6 +17,8 @@ struct BenchInput {
     std::uint64_t generate = 0;
 };
 void declare_bench_input(CLI::App& app, BenchInput& input);
+
+void isa_option(CLI::App& app, std::string& isa);
 
 /// Errors: as read_scene(); bad_input (neither or both, impossible number).
 Result<CompiledScene> read_bench_scene(const CLI::App& app, const BenchInput& input, Console& console);

@@ -50,9 +50,7 @@ public:
         declare_bench_input(app_, input_);
         count_option(app_, "--particles", particles_, "Particles in a round; 0 takes about 2M rays");
         count_option(app_, "--rounds", rounds_, "Rounds of each; the medians are shown");
-        choice_option<std::string>(app_, "--isa", isa_,
-                                   {{"auto", ""}, {"sse4.2", "sse4.2"}, {"avx2", "avx2"}, {"avx512", "avx512"}},
-                                   "Instruction set of the ray queries");
+        isa_option(app_, isa_);
         flag_option(app_, "--json", json_, "Print one JSON document");
     }
 
@@ -78,23 +76,26 @@ private:
 
 class BenchCommand : public Command {
 public:
-    explicit BenchCommand(CLI::App& app)
-        : Command(app, "bench", "Measure how fast this computer is"),
-          tracer_(app_),
-          farm_(make_farm_bench_command(app_)) {
+    BenchCommand(CLI::App& app, const FarmOptions& farm) : Command(app, "bench", "Measure how fast this computer is") {
+        benches_.push_back(std::make_unique<TracerBenchCommand>(app_));
+        benches_.push_back(make_farm_bench_command(app_));
+        benches_.push_back(make_paced_bench_command(app_, farm));
         app_.require_subcommand(1);
     }
     Result<void> execute(Console& console) override {
-        return tracer_.chosen() ? tracer_.execute(console) : farm_->execute(console);
+        for (const auto& bench : benches_)
+            if (bench->chosen()) return bench->execute(console);
+        return {};
     }
 
 private:
-    TracerBenchCommand tracer_;
-    std::unique_ptr<Command> farm_;
+    std::vector<std::unique_ptr<Command>> benches_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> make_bench_command(CLI::App& app) { return std::make_unique<BenchCommand>(app); }
+std::unique_ptr<Command> make_bench_command(CLI::App& app, const FarmOptions& farm) {
+    return std::make_unique<BenchCommand>(app, farm);
+}
 
 }  // namespace lumenfarm

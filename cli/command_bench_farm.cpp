@@ -10,8 +10,10 @@
 #include "cli/temporary_folder.h"
 #include "common/support/file.h"
 #include "common/support/limits.h"
+#include "worker/paced/paced_results.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -20,7 +22,9 @@ namespace lumenfarm {
 namespace {
 
 constexpr std::uint64_t workers_max = 64;
+constexpr std::uint64_t paced_workers_max = 4'000;
 constexpr std::uint32_t relays_max = 16;
+constexpr std::uint32_t jobs_max = 1'000;
 constexpr std::uint32_t runs_max = 1'000;
 constexpr std::size_t values_max = 64;
 const std::vector<std::uint32_t> swept_hits{1, 100, 1'000, 5'000, 50'000};
@@ -38,16 +42,25 @@ public:
         count_option(app_, "--runs", options_.runs, "Runs of each, taken in turn; the medians are shown");
         choice_option<bool>(app_, "--sweep", sweep_, {{"none", false}, {"hits-per-message", true}},
                             "Compare messages of 1 to 50,000 hits, too");
-        choice_option<std::string>(app_, "--isa", options_.isa,
-                                   {{"auto", ""}, {"sse4.2", "sse4.2"}, {"avx2", "avx2"}, {"avx512", "avx512"}},
-                                   "Instruction set of the ray queries");
+        count_option(app_, "--jobs", options_.jobs, "Jobs in a run, all alike, submitted together");
+        isa_option(app_, options_.isa);
         app_.add_option("--memory-limit", options_.memory_limit_bytes, "Most memory that each worker takes, e.g. 2GB")
             ->type_name("BYTES")
             ->envname(environment_name("memory-limit"))
             ->transform(CLI::AsSizeValue(false).description(""));
         flag_option(app_, "--parts-only", options_.parts_only,
                     "With subspaces: workers hold the scene in parts, even where it would fit whole");
+        // what the environment says of these is for a farm of its own
+        real_option(app_, "--set-seconds", options_.set_seconds, "As lumenfarm-master's; 0: its default")->envname("");
+        real_option(app_, "--flush-seconds", options_.flush_seconds, "As lumenfarm-master's; 0: its default")
+            ->envname("");
+        real_option(app_, "--pace", paced_.particles_per_s,
+                    "Paced workers, which stand for computers that trace so many particles a second with each thread; "
+                    "0: workers that trace");
+        count_option(app_, "--slow", paced_.slow, "Of the paced workers so many are ten times slower");
+        count_option(app_, "--stopped", paced_.stopped, "Of the paced workers so many stop in the middle");
         declare_path_options(app_, options_.job);
+        declare_texel_option(app_, options_.job);
         declare_way_options(app_, options_.job);
     }
 
@@ -59,8 +72,11 @@ private:
     std::size_t runs_in_all() const;
     Result<void> write(const OutputFolder& folder, const std::vector<FarmRun>& runs, Console& console) const;
 
+    Result<void> prepare_paced(const CompiledScene& scene, const std::filesystem::path& folder);
+
     BenchInput input_;
     FarmBenchOptions options_;
+    PacedBench paced_;
     std::vector<std::uint64_t> workers_{1, 2};
     std::vector<std::uint64_t> particles_{25'000, 205'000};
     std::string output_;
@@ -84,7 +100,18 @@ Result<void> check_one(const char* name, std::uint64_t value, std::uint64_t most
 }
 
 Result<void> FarmBenchCommand::check_options() {
-    if (auto checked = check_each("workers", workers_, workers_max); !checked) return checked;
+    const bool paced = paced_.particles_per_s != 0;
+    const std::uint64_t most = paced ? paced_workers_max : workers_max;
+    if (auto checked = check_each("workers", workers_, most); !checked) return checked;
+    if (auto checked = check_one("jobs", options_.jobs, jobs_max); !checked) return checked;
+    const double slowest = paced_.slow > 0 ? PacedBench::slowness : 1;
+    if (paced && !(std::isfinite(paced_.particles_per_s) && paced_.particles_per_s >= slowest))
+        return bad_input("the slowest pace must be 1 particle a second or more");
+    if (!paced && paced_.slow + paced_.stopped > 0) return bad_input("slow and stopped workers are paced: say --pace");
+    for (const std::uint64_t workers : workers_)
+        if (paced && std::uint64_t{paced_.slow} + paced_.stopped >= workers)
+            return bad_input("of " + std::to_string(workers) +
+                             " workers at least one must be neither slow nor stopped");
     if (auto checked = check_each("particles", particles_, limits::particles_max); !checked) return checked;
     if (auto checked = check_one("threads", options_.threads, limits::threads_per_worker_max); !checked) return checked;
     if (auto checked = check_one("runs", options_.runs, runs_max); !checked) return checked;
@@ -128,6 +155,17 @@ Result<void> FarmBenchCommand::write(const OutputFolder& folder, const std::vect
     return {};
 }
 
+/// What their processes read.
+Result<void> FarmBenchCommand::prepare_paced(const CompiledScene& scene, const std::filesystem::path& folder) {
+    paced_.scene_file = folder / "scene.lfscene";
+    paced_.stored_file = folder / "stored";
+    if (auto written = write_file(paced_.scene_file, scene.bytes); !written) return written;
+    const auto results = worker::PacedResults::make(scene.bytes, options_.job, paced_.stored_file, options_.isa);
+    if (!results) return results.error();
+    options_.paced = paced_;
+    return {};
+}
+
 Result<void> FarmBenchCommand::execute(Console& console) {
     if (auto checked = check_options(); !checked) return checked;
     auto farms = TemporaryFolder::make();
@@ -140,6 +178,8 @@ Result<void> FarmBenchCommand::execute(Console& console) {
     });
     const auto scene = read_bench_scene(app_, input_, console);
     if (!scene) return scene.error();
+    if (paced_.particles_per_s > 0)
+        if (auto prepared = prepare_paced(*scene, farms->path()); !prepared) return prepared;
     std::size_t done = 0;
     const auto runs = bench_farm(options_, scene->bytes, farms->path(), [&](const FarmRun& run) {
         const std::string line = run_line(run, ++done);

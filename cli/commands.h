@@ -20,10 +20,11 @@ std::unique_ptr<Command> make_verify_command(CLI::App& app);
 std::unique_ptr<Command> make_measure_command(CLI::App& app);
 std::unique_ptr<Command> make_render_command(CLI::App& app);
 std::unique_ptr<Command> make_trace_command(CLI::App& app);
-std::unique_ptr<Command> make_bench_command(CLI::App& app);
 std::unique_ptr<Command> make_farm_bench_command(CLI::App& bench);  ///< under `bench`
 
 // `farm` outlives the command.
+std::unique_ptr<Command> make_bench_command(CLI::App& app, const FarmOptions& farm);
+std::unique_ptr<Command> make_paced_bench_command(CLI::App& bench, const FarmOptions& farm);  ///< under `bench`
 std::unique_ptr<Command> make_submit_command(CLI::App& app, const FarmOptions& farm);
 std::unique_ptr<Command> make_status_command(CLI::App& app, const FarmOptions& farm);
 std::unique_ptr<Command> make_workers_command(CLI::App& app, const FarmOptions& farm);

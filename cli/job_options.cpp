@@ -32,15 +32,26 @@ void automatic_count_option(CLI::App& app, const char* name, const char* text, c
 void declare_result_options(CLI::App& app, JobSpec& spec) {
     count_option(app, "--particles", spec.particles, "Particles of all lights together: more of them, less noise")
         ->group(group);
-    real_option(app, "--texel", spec.texel_m,
-                "Edge of a texel of the light maps; 0 chooses 1/64 of the scene's diagonal")
-        ->type_name("METRES")
-        ->group(group);
+    declare_texel_option(app, spec);
     count_option(app, "--keep-hits", spec.keep_hits, "Hits to keep, for sharper pictures and measurements")
         ->group(group);
 }
 
 }  // namespace
+
+void declare_texel_option(CLI::App& app, JobSpec& spec) {
+    real_option(app, "--texel", spec.texel_m,
+                "Edge of a texel of the light maps; 0 chooses 1/64 of the scene's diagonal")
+        ->type_name("METRES")
+        ->group(group);
+}
+
+void declare_packing_option(CLI::App& app, JobSpec& spec) {
+    choice_option<Packing>(app, "--packing", spec.packing,
+                           {{"auto", Packing::automatic}, {"records", Packing::records}, {"maps", Packing::maps}},
+                           "How results travel: each hit, or sums; what comes out is the same")
+        ->group(group);
+}
 
 void declare_way_options(CLI::App& app, JobSpec& spec) {
     choice_option<Strategy>(app, "--strategy", spec.strategy,
@@ -53,10 +64,7 @@ void declare_way_options(CLI::App& app, JobSpec& spec) {
                                constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
                                spec.subspaces = static_cast<std::uint32_t>(std::min(count, most));  // refused later
                            });
-    choice_option<Packing>(app, "--packing", spec.packing,
-                           {{"auto", Packing::automatic}, {"records", Packing::records}, {"maps", Packing::maps}},
-                           "How results travel: each hit, or sums; what comes out is the same")
-        ->group(group);
+    declare_packing_option(app, spec);
     automatic_count_option(app, "--particles-per-set", "Particles in one unit of work", "particles make no set",
                            [&spec](std::uint64_t count) { spec.particles_per_set = count; });
     count_option(app, "--hits-per-message", spec.hits_per_message, "Hits in one message, when each hit travels")

@@ -11,6 +11,8 @@ void declare_job_options(CLI::App& app, JobSpec& spec);
 
 /// Those of them that the path of a particle depends on.
 void declare_path_options(CLI::App& app, JobSpec& spec);
+void declare_texel_option(CLI::App& app, JobSpec& spec);
+void declare_packing_option(CLI::App& app, JobSpec& spec);
 /// Those that only say how the farm does it.
 void declare_way_options(CLI::App& app, JobSpec& spec);
 

@@ -56,7 +56,7 @@ std::vector<std::unique_ptr<Command>> declare_commands(CLI::App& app, const Farm
     commands.push_back(make_measure_command(app));
     commands.push_back(make_render_command(app));
     commands.push_back(make_trace_command(app));
-    commands.push_back(make_bench_command(app));
+    commands.push_back(make_bench_command(app, farm));
     return commands;
 }
 

@@ -1,8 +1,7 @@
 #include "common/service/attendant.h"
+#include "common/service/descriptor_limit.h"
 #include "master/master_server.h"
 #include "relay/relay_server.h"
-
-#include <sys/resource.h>
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -105,14 +104,9 @@ void declare(CLI::App& app, Options& all) {
         ->envname("LUMENFARM_RECONNECT_SECONDS")
         ->check(CLI::Range(0.0, 3'600.0))
         ->capture_default_str();
-}
-
-/// Each connection takes a descriptor, and most systems give a program fewer than limits::sessions_max at first.
-void raise_descriptor_limit() {
-    rlimit limit{};
-    if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-    limit.rlim_cur = limit.rlim_max;
-    setrlimit(RLIMIT_NOFILE, &limit);
+    app.add_flag("--paced-workers", options.paced_workers,
+                 "take paced workers (lumenfarm bench paced), and no others: their results are for measurements")
+        ->envname("LUMENFARM_PACED_WORKERS");
 }
 
 /// Everything that was acknowledged is on the disk: an end at any instant loses none of it.
@@ -178,6 +172,7 @@ lumenfarm::RelayOptions relay_of(const Options& options) {
     relay.flush_seconds = options.master.flush_seconds;
     relay.dead_seconds = options.master.dead_seconds;
     relay.reconnect_seconds = options.master.reconnect_seconds;
+    relay.paced_workers = options.master.paced_workers;
     return relay;
 }
 
@@ -195,7 +190,7 @@ int main(int argc, char** argv) {
         return exit_usage;
     }
     spdlog::set_default_logger(spdlog::stderr_color_mt("lumenfarm-master"));
-    raise_descriptor_limit();
+    lumenfarm::raise_descriptor_limit();
     if (options.relay.upstream.empty())
         return run<lumenfarm::MasterServer>(options.master, "storage '" + options.master.storage.string() + "'");
     return run<lumenfarm::RelayServer>(relay_of(options), "a relay of " + options.relay.upstream);

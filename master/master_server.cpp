@@ -45,7 +45,7 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     if (!storage) return storage.error();
     auto begun = (*storage)->start();
     if (!begun) return begun.error();
-    const auto fingerprint = transport_fingerprint(options.isa);
+    const auto fingerprint = farm_fingerprint(options.isa, options.paced_workers);
     if (!fingerprint) return fingerprint.error();
 
     MasterPolicy policy;

@@ -37,7 +37,8 @@ struct MasterOptions {
     std::uint64_t keep_bytes = 0;  ///< of solutions, beyond which the job that ended first is removed; 0: any number
     double dead_seconds = limits::dead_seconds;  ///< REQUIRED: within limits::dead_seconds_min and _max
     double reconnect_seconds = limits::reconnect_seconds;
-    std::string isa;  ///< of the trace that gives the fingerprint; empty: the best of this machine
+    std::string isa;             ///< of the trace that gives the fingerprint; empty: the best of this machine
+    bool paced_workers = false;  ///< takes paced workers (worker/paced), and no others: for measurements
 };
 
 /// Where the files of a job are that is over.

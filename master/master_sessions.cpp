@@ -1,5 +1,7 @@
 #include "master/master_core.h"
 
+#include "common/transport/fingerprint.h"
+
 #include <xxhash.h>
 
 #include <type_traits>
@@ -93,6 +95,11 @@ void MasterCore::welcome_worker(Session& session, double now_s) {
     if (session.is_relay() && hello.instance == policy_.instance)
         return send_off(session.id, refused, Discard::own_upstream,
                         "this relay is its own upstream; --upstream is to name its master", now_s);
+    if (hello.fingerprint == paced_fingerprint(policy_.fingerprint))
+        return send_off(session.id, refused, Discard::fingerprint_differs,
+                        "paced workers, and a master or relay with --paced-workers, take part in measurements only: "
+                        "this is one and its peer is not",
+                        now_s);
     if (hello.fingerprint != policy_.fingerprint)
         return send_off(session.id, refused, Discard::fingerprint_differs,
                         "this worker's tracer gives other bits than the master's; install the same version", now_s);

@@ -39,8 +39,7 @@ Result<std::shared_ptr<const PreparedJob>> prepare_job(const JobSpec& spec, std:
     auto emission = make_emission(prepared->scene);
     if (!emission) return emission.error();
     prepared->emission = std::move(*emission);
-    const Box box = bounding_box(prepared->scene);
-    prepared->texel_m = texel_in_force_m(spec, length(box.high - box.low));
+    prepared->texel_m = texel_in_force_m(spec, prepared->scene);
     auto layout = TexelLayout::make(prepared->scene, prepared->texel_m);
     if (!layout) return layout.error();
     prepared->layout = std::move(*layout);

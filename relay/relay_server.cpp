@@ -34,7 +34,7 @@ Result<std::unique_ptr<RelayServer>> RelayServer::start(const RelayOptions& opti
     if (const auto opened = files->open(); !opened) return opened.error();
     // those of jobs of an earlier life
     if (const auto removed = files->remove_others({}); !removed) return removed.error();
-    const auto fingerprint = transport_fingerprint(options.isa);
+    const auto fingerprint = farm_fingerprint(options.isa, options.paced_workers);
     if (!fingerprint) return fingerprint.error();
 
     std::random_device entropy;

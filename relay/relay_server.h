@@ -27,6 +27,7 @@ struct RelayOptions {
     double drain_seconds = limits::drain_seconds;  ///< from drain() to the end, at most
     std::string name;                              ///< empty: the machine's, and "(relay)"
     std::string isa;                               ///< of the trace that gives the fingerprint; empty: the best
+    bool paced_workers = false;                    ///< as MasterOptions
 };
 
 class RelayServer {

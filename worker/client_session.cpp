@@ -18,15 +18,18 @@ constexpr auto tick_interval = std::chrono::milliseconds(100);
 WorkerClient::Running::Running(const WorkerOptions& options, const net::HostPort& master,
                                const worker::WorkerIdentity& identity)
     : isa_(options.isa),
-      make_tracer_(options.make_tracer),
+      make_job_(options.make_job ? options.make_job : tracing_jobs(options.isa)),
       cache_(options.cache.empty() ? worker::default_cache_folder() : options.cache, options.cache_bytes_max),
       core_(identity, options.drain_seconds),
       master_(io_, master, identity.instance, *this) {
-    for (std::uint32_t i = 0; i < identity.threads; ++i)
-        slots_.push_back(std::make_unique<worker::SlotThread>(options.idle_priority, [this, i](SlotReport report) {
+    for (std::uint32_t i = 0; i < identity.threads; ++i) {
+        const auto on_report = [this, i](SlotReport report) {
             auto shared = std::make_shared<SlotReport>(std::move(report));
             asio::post(io_, [this, i, shared] { carry_out(core_.on_slot(i, std::move(*shared), now_s())); });
-        }));
+        };
+        slots_.push_back(options.make_slot ? options.make_slot(io_, on_report)
+                                           : std::make_unique<worker::SlotThread>(options.idle_priority, on_report));
+    }
     asio::post(io_, [this] {
         master_.connect();
         tick();
@@ -171,7 +174,7 @@ void WorkerClient::Running::discard(worker::Discard reason, std::string sentence
 
 void WorkerClient::Running::carry_out(const worker::PrepareJob& effect) {
     asio::post(scene_thread_, [this, effect] {
-        auto prepared = prepare(effect);
+        auto prepared = make_job_(effect.info, *effect.scene_bytes);
         if (!prepared) spdlog::error("job {} can't be traced here: {}", effect.info.job, prepared.error().sentence);
         asio::post(io_, [this, info = effect.info, prepared = std::move(prepared)]() mutable {
             carry_out(core_.on_job_prepared(info, std::move(prepared), now_s()));
@@ -187,23 +190,6 @@ void WorkerClient::Running::carry_out(const worker::PreparePart& effect) {
             carry_out(core_.on_part_prepared(effect.key, effect.file, std::move(prepared), now_s()));
         });
     });
-}
-
-Result<std::shared_ptr<const JobContext>> WorkerClient::Running::prepare(const worker::PrepareJob& effect) {
-    if (effect.info.spec.strategy == Strategy::subspaces) {
-        auto plan = make_plan_context(*effect.scene_bytes);
-        if (!plan) return plan.error();
-        return make_job_context(effect.info, nullptr, std::move(*plan));
-    }
-    auto scene = scene_name_ == effect.info.scene ? scene_.lock() : nullptr;
-    if (!scene) {
-        auto made = make_scene_context(*effect.scene_bytes, isa_, make_tracer_);
-        if (!made) return made.error();
-        scene = std::move(*made);
-        scene_ = scene;
-        scene_name_ = effect.info.scene;
-    }
-    return make_job_context(effect.info, std::move(scene), nullptr);
 }
 
 void WorkerClient::Running::carry_out(const worker::Finished&) { end(std::nullopt); }

@@ -64,10 +64,9 @@ private:
     void carry_out(const worker::GiveUp& give_up);
     void carry_out(const worker::Discarded& discarded);
     void discard(worker::Discard reason, std::string sentence);
-    Result<std::shared_ptr<const JobContext>> prepare(const worker::PrepareJob& effect);
 
     std::string isa_;
-    TracerMaker make_tracer_;
+    JobMaker make_job_;  ///< scenes' thread only
     boost::asio::io_context io_{1};
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> busy_{io_.get_executor()};
     boost::asio::thread_pool scene_thread_{1};
@@ -75,8 +74,6 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 
     worker::SceneCache cache_;
-    Digest scene_name_;                        ///< of scene_; scenes' thread only
-    std::weak_ptr<const SceneContext> scene_;  ///< made last, for jobs that share it
     worker::WorkerCore core_;
     MasterSession master_;
 
@@ -87,7 +84,7 @@ private:
     bool ended_ = false;
     std::optional<Error> error_;
     std::string summary_;
-    std::vector<std::unique_ptr<worker::SlotThread>> slots_;
+    std::vector<std::unique_ptr<worker::Slot>> slots_;
     std::thread thread_;
 };
 

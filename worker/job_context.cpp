@@ -45,6 +45,27 @@ Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& 
     return std::shared_ptr<const JobContext>(std::move(context));
 }
 
+JobMaker tracing_jobs(const std::string& isa, const TracerMaker& make_tracer) {
+    return [=, name = Digest(), last = std::weak_ptr<const SceneContext>()](
+               const wire::JobInfo& info,
+               std::span<const std::byte> file) mutable -> Result<std::shared_ptr<const JobContext>> {
+        if (info.spec.strategy == Strategy::subspaces) {
+            auto plan = make_plan_context(file);
+            if (!plan) return plan.error();
+            return make_job_context(info, nullptr, std::move(*plan));
+        }
+        auto scene = name == info.scene ? last.lock() : nullptr;
+        if (!scene) {
+            auto made = make_scene_context(file, isa, make_tracer);
+            if (!made) return made.error();
+            scene = std::move(*made);
+            last = scene;
+            name = info.scene;
+        }
+        return make_job_context(info, std::move(scene), nullptr);
+    };
+}
+
 LightMap JobContext::empty_map() const {
     if (!plan) return LightMap(scene->scene, *layout);
     const auto& first = plan->plan.first_triangle;

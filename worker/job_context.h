@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -66,5 +67,13 @@ Result<std::shared_ptr<const PlanContext>> make_plan_context(std::span<const std
 Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& info,
                                                            std::shared_ptr<const SceneContext> scene,
                                                            std::shared_ptr<const PlanContext> plan);
+
+/// From the file that a master names: the compiled scene, or with strategy subspaces the plan. Errors: bad_input,
+/// failed.
+using JobMaker = std::function<Result<std::shared_ptr<const JobContext>>(const wire::JobInfo& info,
+                                                                         std::span<const std::byte> file)>;
+
+/// One that lets jobs of one scene share it. `isa` as in TracerScene::make. Not for several threads at once.
+JobMaker tracing_jobs(const std::string& isa, const TracerMaker& make_tracer = &TracerScene::make);
 
 }  // namespace lumenfarm

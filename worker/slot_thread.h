@@ -1,6 +1,6 @@
 #pragma once
 
-#include "worker/trace_slot.h"
+#include "worker/slot.h"
 
 #include <condition_variable>
 #include <functional>
@@ -10,22 +10,17 @@
 
 namespace lumenfarm::worker {
 
-/// A TraceSlot with a thread of its own. Each command is answered by one report, from that thread.
-class SlotThread {
+/// A TraceSlot with a thread of its own, which reports.
+class SlotThread : public Slot {
 public:
-    using OnReport = std::function<void(SlotReport)>;
-
     SlotThread(bool idle_priority, OnReport on_report);
-    ~SlotThread();  ///< after the slice at hand
+    ~SlotThread() override;  ///< after the slice at hand
 
-    // REQUIRES of the three: the slot's last command has been answered.
-    void start(SetWork work);
-    void resume();
-    void tell(SlotAsk ask);
-    /// Heard after the slice at hand; dropped when the slot has just stopped.
-    void interrupt(SlotAsk ask);
-    /// The thread calls `answer` after the slice at hand, or at once when it has none. Replaces an earlier one.
-    void ask(std::function<void()> answer);
+    void start(SetWork work) override;
+    void resume() override;
+    void tell(SlotAsk ask) override;
+    void interrupt(SlotAsk ask) override;
+    void ask(std::function<void()> answer) override;
 
 private:
     struct Command {

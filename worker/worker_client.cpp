@@ -36,7 +36,8 @@ Result<std::unique_ptr<WorkerClient>> WorkerClient::start(const WorkerOptions& o
     if (options.threads > limits::threads_per_worker_max)
         return bad_input("a worker has at most " + std::to_string(limits::threads_per_worker_max) + " threads, not " +
                          std::to_string(options.threads));
-    const auto fingerprint = transport_fingerprint(options.isa);
+    const Result<std::uint64_t> fingerprint =
+        options.fingerprint != 0 ? options.fingerprint : transport_fingerprint(options.isa);
     if (!fingerprint) return fingerprint.error();
     worker::WorkerIdentity identity;
     identity.name = options.name.empty() ? machine_name() : options.name;

@@ -3,10 +3,13 @@
 #include "common/service/pulse.h"
 #include "common/support/limits.h"
 #include "common/support/result.h"
-#include "common/transport/tracer.h"
+#include "worker/slot.h"
+
+#include <boost/asio/io_context.hpp>
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +18,10 @@
 /// slot. lumenfarm-worker is one of these and a signal handler; `lumenfarm run` embeds some. Logs go to spdlog's
 /// default logger.
 namespace lumenfarm {
+
+/// `loop`: from which the slot is commanded, and which outlives it.
+using SlotMaker =
+    std::function<std::unique_ptr<worker::Slot>(boost::asio::io_context& loop, worker::OnReport on_report)>;
 
 struct WorkerOptions {
     std::string master = "127.0.0.1:7420";  ///< HOST:PORT
@@ -27,7 +34,9 @@ struct WorkerOptions {
     std::string isa;                               ///< Embree ISA; empty: the best of this machine
     bool idle_priority = true;                     ///< tracing threads yield to everything else on the machine
     double drain_seconds = limits::drain_seconds;  ///< from drain() to the end, at most
-    TracerMaker make_tracer = &TracerScene::make;  ///< a test may have one that errs
+    std::uint64_t fingerprint = 0;                 ///< of what it traces; 0: transport_fingerprint(isa)
+    JobMaker make_job = {};                        ///< empty: tracing_jobs(isa)
+    SlotMaker make_slot = {};                      ///< empty: a thread each
 };
 
 class WorkerClient {

@@ -110,8 +110,16 @@ double Daemon::cpu_seconds() const {
 
 void Daemon::stop() {
     std::error_code ignored;
-    if (process_->child.running(ignored)) ::kill(process_->child.id(), SIGTERM);
+    if (process_->child.running(ignored)) {
+        ::kill(process_->child.id(), SIGTERM);
+        ::kill(process_->child.id(), SIGCONT);
+    }
     process_->child.wait(ignored);
+}
+
+void Daemon::suspend() {
+    std::error_code ignored;
+    if (process_->child.running(ignored)) ::kill(process_->child.id(), SIGSTOP);
 }
 
 }  // namespace lumenfarm

@@ -13,7 +13,7 @@ namespace lumenfarm {
 /// ends with this program. Its log goes to a file.
 class Daemon {
 public:
-    /// `program`: lumenfarm-master or lumenfarm-worker, as it lies beside this program. Errors: failed.
+    /// `program`: lumenfarm-master, lumenfarm-worker or lumenfarm, as it lies beside this program. Errors: failed.
     static Result<std::unique_ptr<Daemon>> start(const std::string& program, std::vector<std::string> arguments,
                                                  const std::filesystem::path& log);
     ~Daemon();  ///< stop()
@@ -29,6 +29,8 @@ public:
     double cpu_seconds() const;
     /// SIGTERM, and waits for its end.
     void stop();
+    /// It does nothing any more, and its connections stay open, until stop().
+    void suspend();
 
 private:
     struct Process;

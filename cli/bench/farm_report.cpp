@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* csv_head =
     "run,workers,particles,hits_per_message,packing,total_s,trace_s,master_cpu_s,worker_cpu_s,hits,bytes_from_workers,"
-    "bytes_to_workers,messages_from_workers,messages_to_workers,relays,relay_cpu_s,digest\n";
+    "bytes_to_workers,messages_from_workers,messages_to_workers,relays,relay_cpu_s,jobs,ideal_s,digest\n";
 
 std::string seconds(double value) {
     std::array<char, 32> text{};
@@ -50,6 +50,8 @@ json::object document(const FarmRun& run) {
             {"messages_to_workers", run.traffic.messages_out},
             {"relays", run.relays},
             {"relay_cpu_s", run.relay_cpu_s},
+            {"jobs", run.jobs},
+            {"ideal_s", run.ideal_s},
             {"digest", run.digest.hex()}};
 }
 
@@ -117,7 +119,8 @@ std::string csv_text(std::span<const FarmRun> runs) {
                 seconds(run.worker_cpu_s) + "," + std::to_string(run.hits) + "," +
                 std::to_string(run.traffic.bytes_in) + "," + std::to_string(run.traffic.bytes_out) + "," +
                 std::to_string(run.traffic.messages_in) + "," + std::to_string(run.traffic.messages_out) + "," +
-                std::to_string(run.relays) + "," + seconds(run.relay_cpu_s) + "," + run.digest.hex() + "\n";
+                std::to_string(run.relays) + "," + seconds(run.relay_cpu_s) + "," + std::to_string(run.jobs) + "," +
+                seconds(run.ideal_s) + "," + run.digest.hex() + "\n";
     }
     return text;
 }

@@ -38,20 +38,20 @@ void add_hit(BatchSums& sums, const Contribution& hit) {
 
 }  // namespace
 
-TexelSums& TexelSums::operator+=(const TexelSums& other) {
-    radiant += other.radiant;
-    x += other.x;
-    y += other.y;
-    z += other.z;
-    y_squared += other.y_squared;
-    hits += other.hits;
+TexelSums& TexelSums::add(const TexelSums& other, std::int64_t times) {
+    radiant += times * other.radiant;
+    x += times * other.x;
+    y += times * other.y;
+    z += times * other.z;
+    y_squared += static_cast<std::uint64_t>(times) * other.y_squared;
+    hits += static_cast<std::uint64_t>(times) * other.hits;
     return *this;
 }
 
-BatchSums& BatchSums::operator+=(const BatchSums& other) {
-    radiant += other.radiant;
-    y += other.y;
-    hits += other.hits;
+BatchSums& BatchSums::add(const BatchSums& other, std::int64_t times) {
+    radiant += times * other.radiant;
+    y += times * other.y;
+    hits += static_cast<std::uint64_t>(times) * other.hits;
     return *this;
 }
 
@@ -87,14 +87,18 @@ void LightMap::add(const Emission& emission, std::uint32_t light, std::span<cons
     }
 }
 
-void LightMap::add(const LightMap& other) {
-    ensure(texels_.size() == other.texels_.size() && surfaces_.size() == other.surfaces_.size(),
-           "maps of one scene and layout are added");
-    for (std::size_t i = 0; i < texels_.size(); ++i) texels_[i] += other.texels_[i];
+/// Texel by texel, so that many maps cost little more than one.
+void LightMap::add(std::span<const Term> terms) {
+    for (const Term& term : terms)
+        ensure(texels_.size() == term.map->texels_.size() && surfaces_.size() == term.map->surfaces_.size(),
+               "maps of one scene and layout are added");
+    for (std::size_t i = 0; i < texels_.size(); ++i)
+        for (const Term& term : terms) texels_[i].add(term.map->texels_[i], term.times);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
         for (std::size_t side = 0; side < 2; ++side)
             for (std::size_t batch = 0; batch < limits::batches; ++batch)
-                surfaces_[i][side][batch] += other.surfaces_[i][side][batch];
+                for (const Term& term : terms)
+                    surfaces_[i][side][batch].add(term.map->surfaces_[i][side][batch], term.times);
 }
 
 void LightMap::clear() {

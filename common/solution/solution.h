@@ -26,7 +26,8 @@ struct TexelSums {
     std::int64_t radiant = 0, x = 0, y = 0, z = 0;
     std::uint64_t y_squared = 0;
     std::uint64_t hits = 0;
-    TexelSums& operator+=(const TexelSums& other);
+    TexelSums& operator+=(const TexelSums& other) { return add(other, 1); }
+    TexelSums& add(const TexelSums& other, std::int64_t times);
     bool operator==(const TexelSums&) const = default;
 };
 
@@ -34,7 +35,8 @@ struct TexelSums {
 struct BatchSums {
     std::int64_t radiant = 0, y = 0;
     std::uint64_t hits = 0;
-    BatchSums& operator+=(const BatchSums& other);
+    BatchSums& operator+=(const BatchSums& other) { return add(other, 1); }
+    BatchSums& add(const BatchSums& other, std::int64_t times);
     bool operator==(const BatchSums&) const = default;
 };
 using SurfaceBatches = std::array<std::array<BatchSums, limits::batches>, 2>;  ///< by side
@@ -60,7 +62,13 @@ public:
     /// `energies` empty: analog, energies from `emission`. REQUIRES: records valid for the scene (valid_record).
     void add(const Emission& emission, std::uint32_t light, std::span<const HitRecord> records,
              std::span<const std::uint32_t> energies);
-    void add(const LightMap& other);
+    /// So many times what another one holds; -1 takes it away.
+    struct Term {
+        const LightMap* map = nullptr;
+        std::int64_t times = 1;
+    };
+    /// REQUIRES: maps of one scene and layout.
+    void add(std::span<const Term> terms);
     void clear();
 
     std::vector<TexelSums>& texels() { return texels_; }

@@ -84,10 +84,12 @@ double longest_edge_m(const TriangleFrame& frame) {
 
 TexelFit::TexelFit(const Scene& scene, const TriangleIndex& index, const TexelLayout& layout, const Solution& solution,
                    const TickValue& tick)
-    : scene_(scene), index_(index), layout_(layout), solution_(solution), tick_(tick) {
-    const Box box = bounding_box(scene);
-    texel_m_ = texel_in_force_m(solution.spec, box.empty() ? 0 : length(box.high - box.low));
-}
+    : scene_(scene),
+      index_(index),
+      layout_(layout),
+      solution_(solution),
+      tick_(tick),
+      texel_m_(texel_in_force_m(solution.spec, scene)) {}
 
 double TexelFit::texel_m(const SurfacePoint& point) const {
     const TriangleFrame frame(scene_, point.triangle);

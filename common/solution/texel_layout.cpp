@@ -85,8 +85,12 @@ Result<TexelLayout> TexelLayout::of_rows(std::vector<std::uint16_t> rows) {
 }
 
 Result<TexelLayout> TexelLayout::make(const Scene& scene, const JobSpec& spec) {
+    return make(scene, texel_in_force_m(spec, scene));
+}
+
+double texel_in_force_m(const JobSpec& spec, const Scene& scene) {
     const Box box = bounding_box(scene);
-    return make(scene, texel_in_force_m(spec, box.empty() ? 0 : length(box.high - box.low)));
+    return texel_in_force_m(spec, box.empty() ? 0 : length(box.high - box.low));
 }
 
 std::uint32_t TexelLayout::cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n) {

@@ -51,4 +51,7 @@ private:
     std::vector<std::uint64_t> first_;  ///< one more than triangles
 };
 
+/// texel_in_force_m() with the diagonal of the scene's bounding box.
+double texel_in_force_m(const JobSpec& spec, const Scene& scene);
+
 }  // namespace lumenfarm

@@ -68,4 +68,9 @@ Result<std::uint64_t> transport_fingerprint(const std::string& isa) {
     return fingerprint;
 }
 
+Result<std::uint64_t> farm_fingerprint(const std::string& isa, bool paced_workers) {
+    const auto fingerprint = transport_fingerprint(isa);
+    return fingerprint && paced_workers ? paced_fingerprint(*fingerprint) : fingerprint;
+}
+
 }  // namespace lumenfarm

@@ -107,15 +107,16 @@ TracerScene::Meeting Tracer::meet(Vec3d origin, Vec3d direction, std::uint32_t f
 
 }  // namespace
 
-EnergyBalance& EnergyBalance::operator+=(const EnergyBalance& other) {
-    emitted += other.emitted;
-    absorbed += other.absorbed;
-    escaped += other.escaped;
-    cut_off += other.cut_off;
-    particles += other.particles;
-    hits += other.hits;
-    bounce_limited += other.bounce_limited;
-    for (std::size_t b = 0; b < emitted_by_batch.size(); ++b) emitted_by_batch[b] += other.emitted_by_batch[b];
+EnergyBalance& EnergyBalance::add(const EnergyBalance& other, std::int64_t times) {
+    const auto unsigned_times = static_cast<std::uint64_t>(times);
+    emitted += times * other.emitted;
+    absorbed += times * other.absorbed;
+    escaped += times * other.escaped;
+    cut_off += times * other.cut_off;
+    particles += unsigned_times * other.particles;
+    hits += unsigned_times * other.hits;
+    bounce_limited += unsigned_times * other.bounce_limited;
+    for (std::size_t b = 0; b < emitted_by_batch.size(); ++b) emitted_by_batch[b] += times * other.emitted_by_batch[b];
     return *this;
 }
 

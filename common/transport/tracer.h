@@ -39,7 +39,8 @@ struct EnergyBalance {
     std::uint64_t bounce_limited = 0;  ///< paths that reached limits::bounces_max
     std::array<std::int64_t, limits::batches> emitted_by_batch{};
 
-    EnergyBalance& operator+=(const EnergyBalance& other);
+    EnergyBalance& operator+=(const EnergyBalance& other) { return add(other, 1); }
+    EnergyBalance& add(const EnergyBalance& other, std::int64_t times);
     bool closed() const { return emitted == absorbed + escaped + cut_off; }
     bool operator==(const EnergyBalance&) const = default;
 };

@@ -59,6 +59,8 @@ TEST(RoomOrderCheck, ProgramsNeverSeeEachOtherButCliSeesTheDaemons) {
     EXPECT_THAT(findings_for("master/a.cpp", "worker/a.h"), SizeIs(1));
     EXPECT_THAT(findings_for("worker/a.cpp", "master/a.h"), SizeIs(1));
     EXPECT_THAT(findings_for("worker/a.cpp", "cli/a.h"), SizeIs(1));
+    EXPECT_THAT(findings_for("worker/paced/a.cpp", "worker/a.h"), IsEmpty());
+    EXPECT_THAT(findings_for("worker/a.cpp", "worker/paced/a.h"), SizeIs(1));
     EXPECT_THAT(findings_for("cli/run.cpp", "master/a.h"), IsEmpty());
     EXPECT_THAT(findings_for("cli/run.cpp", "tests/a.h"), SizeIs(1));
     EXPECT_THAT(findings_for("cli/import/a.cpp", "master/a.h"), SizeIs(1));

@@ -38,6 +38,7 @@ bool may_include(const std::vector<std::string>& order, const std::string& from,
         return is_common(to) || to == "proto" || to == "master" || to == "worker" || to.starts_with("master/");
     if (from == "master" || from == "worker" || from.starts_with("master/"))
         return is_common(to) || to == "proto" || (from == "master" && to.starts_with("master/"));
+    if (from == "worker/paced") return is_common(to) || to == "proto" || to == "worker";
     if (from == "cli/import" || from == "cli/products") return is_common(to);
     if (from == "cli/bench") return is_common(to) || to == "proto";
     if (from == "cli") return to != "tests";
@@ -60,7 +61,7 @@ std::string room_of(const std::string& path) {
     if (first == std::string::npos) return "";
     const std::string top = path.substr(0, first);
     const std::size_t second = path.find('/', first + 1);
-    const bool has_rooms = top == "common" || top == "cli" || top == "master";
+    const bool has_rooms = top == "common" || top == "cli" || top == "master" || top == "worker";
     return has_rooms && second != std::string::npos ? path.substr(0, second) : top;
 }
 

@@ -21,7 +21,7 @@ using Findings = std::vector<std::string>;
 /// Every quoted include must name a file from the repository's root, and go one way:
 /// - a room of common sees the rooms of common above it; common/net sees proto too, no other room of common does;
 /// - proto sees common down to common/solution;
-/// - master and worker see common and proto, never each other, never cli;
+/// - master and worker see common and proto, never each other, never cli; worker/paced sees worker;
 /// - cli/import and cli/products see common, never a daemon or each other;
 /// - cli sees everything but tests.
 [[nodiscard]] Findings room_order_findings(const SourceTree& sources, const std::vector<std::string>& common_order);

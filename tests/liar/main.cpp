@@ -73,11 +73,12 @@ int main(int argc, char** argv) {
     app.add_flag("!--impossible", lies.possible, "any bit is flipped (packing records only)");
     app.add_flag("--idle-priority,!--normal-priority", options.idle_priority, "as lumenfarm-worker's");
     CLI11_PARSE(app, argc, argv);
-    options.make_tracer = [lies](const Scene& scene, const std::string& isa) -> Result<std::unique_ptr<TracerScene>> {
+    const auto lying = [lies](const Scene& scene, const std::string& isa) -> Result<std::unique_ptr<TracerScene>> {
         auto honest = TracerScene::make(scene, isa);
         if (!honest) return honest.error();
         return std::unique_ptr<TracerScene>(std::make_unique<LyingTracer>(std::move(*honest), lies));
     };
+    options.make_job = tracing_jobs(options.isa, lying);
     const auto worker = WorkerClient::start(options);
     const Result<void> ended = worker ? (*worker)->wait() : worker.error();
     if (!ended) std::cerr << ended.error().sentence << "\n";

@@ -46,7 +46,7 @@ TEST_F(FarmBench, MeasuresEveryFarmAndEachResultIsThatOfRun) {
     std::size_t runs = 0;
     for (; std::getline(lines, line); ++runs) {
         const auto run = fields(line);
-        ASSERT_EQ(run.size(), 17u) << line;
+        ASSERT_EQ(run.size(), 19u) << line;
         EXPECT_EQ(run.back(), digest(std::stoull(run[2]))) << line;
         EXPECT_GT(std::stod(run[5]), 0) << "total time";
         EXPECT_GT(std::stod(run[6]), 0) << "tracing";
@@ -69,12 +69,62 @@ TEST_F(FarmBench, MeasuresFarmsWithRelays) {
     std::size_t runs = 0;
     for (; std::getline(lines, line); ++runs) {
         const auto run = fields(line);
-        ASSERT_EQ(run.size(), 17u) << line;
+        ASSERT_EQ(run.size(), 19u) << line;
         EXPECT_EQ(run.back(), digest(5'000)) << line;
         EXPECT_EQ(run[14], "2");
         EXPECT_GT(std::stod(run[15]), 0) << "the relays' processor time";
     }
     EXPECT_EQ(runs, 2u);
+}
+
+TEST_F(FarmBench, PacedWorkersGiveTheResultOfThoseThatTrace) {
+    for (const char* packing : {"maps", "records"}) {
+        const std::string shown =
+            lumenfarm({"bench",  "farm",      scene_,   "--workers", "8",      "--relays", "2",
+                       "--pace", "20k",       "--slow", "1",         "--jobs", "2",        "--particles",
+                       "100k",   "--packing", packing,  "--runs",    "1",      "-o",       path("bench")});
+        std::istringstream lines(text_of("bench/bench.csv"));
+        std::string line;
+        std::getline(lines, line);
+        ASSERT_TRUE(std::getline(lines, line)) << shown;
+        const auto run = fields(line);
+        ASSERT_EQ(run.size(), 19u) << line;
+        EXPECT_EQ(run.back(), digest(100'000)) << line;
+        EXPECT_GE(std::stod(run[8]), 9.99) << "two jobs of 5 s, more of it with the slow one";
+        EXPECT_NEAR(std::stod(run[17]), 10 / 7.1, 0.01) << "ideal";
+        EXPECT_GE(std::stod(run[5]), std::stod(run[17])) << "nobody is quicker than its pace";
+    }
+}
+
+TEST_F(FarmBench, AStoppedWorkersSetsGoToOthers) {
+    lumenfarm({"bench", "farm", scene_, "--workers", "4", "--pace", "20k", "--stopped", "1", "--particles", "100k",
+               "--set-seconds", "0.2", "--runs", "1", "-o", path("bench")});
+    std::istringstream lines(text_of("bench/bench.csv"));
+    std::string line;
+    std::getline(lines, line);
+    ASSERT_TRUE(std::getline(lines, line));
+    const auto run = fields(line);
+    EXPECT_EQ(run.back(), digest(100'000)) << line;
+    EXPECT_NEAR(std::stod(run[17]), (5 - 0.625) / 3, 0.01) << "ideal: 5 s of work, of which the stopped one did 0.625";
+    EXPECT_GE(std::stod(run[5]), std::stod(run[17])) << "more than with four";
+}
+
+TEST_F(FarmBench, PacedWorkersAndTrueOnesDoNotMix) {
+    const std::vector<std::string> paced{"bench",    "paced",        scene_,    "--pace",     "1M",
+                                         "--stored", path("stored"), "--cache", path("cache")};
+    start_master();
+    auto arguments = paced;
+    arguments.insert(arguments.end(), {"--master", address_});
+    const auto worker = start("lumenfarm", arguments);
+    EXPECT_EQ(worker->wait(), 1);
+    EXPECT_NE(worker->err().find("take part in measurements only"), std::string::npos) << worker->err();
+}
+
+TEST_F(FarmBench, AMasterOfPacedWorkersTakesNoTrueOnes) {
+    start_master({"--paced-workers"});
+    const auto worker = start_worker("one");
+    EXPECT_EQ(worker->wait(), 1);
+    EXPECT_NE(worker->err().find("take part in measurements only"), std::string::npos) << worker->err();
 }
 
 TEST_F(FarmBench, SweepsTheGranularityOfPacking) {

@@ -48,8 +48,8 @@ protected:
 TEST_F(AuditedMasterTest, LeasesOfAuditsOnTheirWayCountForAPull) {
     submit(records_job(), 1);
     join(ann, 11);
-    work(ann);
     join(bob, 12);
+    work(ann);
     ASSERT_EQ(pull(bob, 3).size(), 3u);
     take(master_.on_message(bob, wire::Pull(4, 0), 0, now_s_));
     EXPECT_EQ(all_sent<wire::Lease>(bob).size(), 1u);

@@ -62,7 +62,8 @@ TEST(LightMap, NeitherOrderNorPackingChangesABit) {
                                               std::min<std::size_t>(777, records.size() - begin));
         part.clear();
         part.add(run.emission, 0, some, {});
-        whole.add(part);
+        const LightMap::Term once[] = {{&part}};
+        whole.add(once);
         for (const HitRecord& hit : some) {
             const KeptHit candidate{hit, 0, run.emission.lights[0].energy[hit.wavelength]};
             if (keep_priority(candidate) <= kept.threshold()) kept.offer(candidate);
