@@ -6,6 +6,7 @@
 #include <boost/asio/post.hpp>
 
 #include <ctime>
+#include <limits>
 #include <random>
 #include <utility>
 
@@ -15,6 +16,7 @@ namespace asio = boost::asio;
 
 namespace {
 
+constexpr double snapshot_pause = 4;  ///< times as long as a snapshot took
 constexpr auto tick_interval = std::chrono::milliseconds(200);
 
 }  // namespace
@@ -253,9 +255,17 @@ void MasterServer::Running::commit(bool leases_too) {
            });
 }
 
+/// One of a job with a million particles in flight may take seconds, while which no result is committed: the next one
+/// waits for some times as long.
 void MasterServer::Running::carry_out(StoreSnapshot store) {
+    const double asked_s = now_s();
+    const auto after = next_snapshot_s_.find(store.job);
+    if (!store.last && after != next_snapshot_s_.end() && asked_s < after->second) return;
+    next_snapshot_s_[store.job] = std::numeric_limits<double>::infinity();
     slowly([this, store] { return storage_->store(store); },
-           [job = store.job, last = store.last](const Result<void>& stored) {
+           [this, asked_s, job = store.job, last = store.last](const Result<void>& stored) {
+               next_snapshot_s_[job] = now_s() + snapshot_pause * (now_s() - asked_s);
+               if (last) next_snapshot_s_.erase(job);
                if (!stored) spdlog::warn("no snapshot of job {}: {}", job, stored.error().sentence);
                if (stored && last) spdlog::info("a snapshot of job {} is kept", job);
            });
