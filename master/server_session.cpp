@@ -259,8 +259,8 @@ void MasterServer::Running::commit(bool leases_too) {
 /// waits for some times as long.
 void MasterServer::Running::carry_out(StoreSnapshot store) {
     const double asked_s = now_s();
-    const auto after = next_snapshot_s_.find(store.job);
-    if (!store.last && after != next_snapshot_s_.end() && asked_s < after->second) return;
+    std::erase_if(next_snapshot_s_, [asked_s](const auto& entry) { return entry.second <= asked_s; });
+    if (!store.last && next_snapshot_s_.contains(store.job)) return;
     next_snapshot_s_[store.job] = std::numeric_limits<double>::infinity();
     slowly([this, store] { return storage_->store(store); },
            [this, asked_s, job = store.job, last = store.last](const Result<void>& stored) {
