@@ -54,6 +54,9 @@ public:
         real_option(app_, "--set-seconds", options_.set_seconds, "As lumenfarm-master's; 0: its default")->envname("");
         real_option(app_, "--flush-seconds", options_.flush_seconds, "As lumenfarm-master's; 0: its default")
             ->envname("");
+        count_option(app_, "--results-in-flight", options_.results_in_flight, "As lumenfarm-master's; 0: its default")
+            ->envname("");
+        flag_option(app_, "--compress", options_.compress, "As lumenfarm-master's")->envname("");
         real_option(app_, "--pace", paced_.particles_per_s,
                     "Paced workers, which stand for computers that trace so many particles a second with each thread; "
                     "0: workers that trace");

@@ -67,7 +67,7 @@ void declare_way_options(CLI::App& app, JobSpec& spec) {
     declare_packing_option(app, spec);
     automatic_count_option(app, "--particles-per-set", "Particles in one unit of work", "particles make no set",
                            [&spec](std::uint64_t count) { spec.particles_per_set = count; });
-    count_option(app, "--hits-per-message", spec.hits_per_message, "Hits in one message, when each hit travels")
+    count_option(app, "--hits-per-message", spec.hits_per_message, "Hits, or particles in flight, in one message")
         ->group(group);
     text_option(app, "--name", spec.name, "The job's name in lists; the scene's file name if none is given")
         ->group(group);

@@ -126,7 +126,7 @@ void ActiveJob::commit(const StagedResult& result) {
         if (claim.range.source >= lights)
             flights_.remove(claim.range.source - lights, claim.range.first, claim.range.count);
     balance_ += result.done().balance;
-    trace_s_ += result.done().trace_seconds;
+    trace_s_ += result.done().cpu_seconds;
 }
 
 }  // namespace lumenfarm

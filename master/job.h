@@ -29,6 +29,7 @@ struct PreparedJob {
     TexelLayout layout;
     double texel_m = 0;                    ///< in force
     std::vector<std::uint64_t> particles;  ///< of each light
+    std::vector<double> light_costs;       ///< of a particle of each light, as the octree predicts; their mean is 1
     std::optional<Subspaces> subspaces;    ///< strategy subspaces
     std::string octree;                    ///< a sentence about the weighted octree, for the log
 

@@ -8,9 +8,29 @@
 #include <xxhash.h>
 
 #include <charconv>
+#include <memory>
+#include <span>
 #include <utility>
 
 namespace lumenfarm {
+
+namespace {
+
+/// XXH3-64 of bytes that come in pieces.
+class Checksum {
+public:
+    Checksum() { XXH3_64bits_reset(state_.get()); }
+    void add(std::span<const std::byte> bytes) { XXH3_64bits_update(state_.get(), bytes.data(), bytes.size()); }
+    std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
+
+private:
+    struct Free {
+        void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
+    };
+    std::unique_ptr<XXH3_state_t, Free> state_{XXH3_createState()};
+};
+
+}  // namespace
 
 JobLog::JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job,
                std::shared_ptr<const PreparedJob> prepared)
@@ -118,14 +138,17 @@ Result<StoredResult> JobLog::append(const StagedResult& result, MachineId machin
         segment_ = std::move(*made);
         segments_.insert(number);
     }
-    const std::vector<std::byte> bytes = encode_result(result);
-    const auto offset = segment_->append(bytes);
-    if (!offset) return offset.error();
+    const std::uint64_t offset = segment_->bytes();
+    Checksum checksum;
+    const auto written = encode_result(result, [&](std::span<const std::byte> frame) {
+        checksum.add(frame);
+        return segment_->append(frame);
+    });
+    if (!written) return written.error();
+    const std::uint64_t bytes = segment_->bytes() - offset;
     ++appended_results_;
-    appended_bytes_ += bytes.size();
-    return StoredResult{job_,    next_result_++, *segments_.rbegin(),
-                        *offset, bytes.size(),   XXH3_64bits(bytes.data(), bytes.size()),
-                        machine};
+    appended_bytes_ += bytes;
+    return StoredResult{job_, next_result_++, *segments_.rbegin(), offset, bytes, checksum.value(), machine};
 }
 
 Result<void> JobLog::sync() { return segment_ ? segment_->sync() : Result<void>(); }

@@ -77,7 +77,7 @@ void JobSums::merge(const wire::ResultDone& result) {
         if (range.source >= lights) flights_.remove(range.source - lights, range.first, range.count);
     }
     balance_ += result.balance;
-    time_.trace_s += result.trace_seconds;
+    time_.trace_s += result.cpu_seconds;
 }
 
 Solution JobSums::take(const Digest& scene) {

@@ -83,7 +83,7 @@ void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
         ended_.push_back(given.lease);
         return;
     }
-    leases_.emplace(given.lease, Lease{given.worker, range.source, now_s, deadline_s, 0, {}, 0, std::move(owed)});
+    begin(given.lease, Lease{given.worker, range.source, now_s, deadline_s, 0, {}, 0, std::move(owed)});
 }
 
 /// What is neither leased nor has arrived.
@@ -145,14 +145,14 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
     due_s = std::max(due_s, now_s);
     ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
     if (const auto lost = lost_.take(now_s, hands == Hands::empty, count)) {
-        leases_.emplace(id, Lease{worker,
-                                  lost->range.source,
-                                  due_s,
-                                  deadline_s,
-                                  0,
-                                  lost->lost_with,
-                                  lost->retries,
-                                  {interval_of(lost->range)}});
+        begin(id, Lease{worker,
+                        lost->range.source,
+                        due_s,
+                        deadline_s,
+                        0,
+                        lost->lost_with,
+                        lost->retries,
+                        {interval_of(lost->range)}});
         return NewLease{lost->range, lost->alone()};
     }
     if (!source) source = next_light();
@@ -160,7 +160,7 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
     Share& share = shares_[*source];
     const Interval taken = take(share, std::min(count, share.available));
     set_available(*source, share.available - (taken.end - taken.begin));
-    leases_.emplace(id, Lease{worker, *source, due_s, deadline_s, 0, {}, 0, {taken}});
+    begin(id, Lease{worker, *source, due_s, deadline_s, 0, {}, 0, {taken}});
     return NewLease{{*source, taken.begin, taken.end - taken.begin}};
 }
 
@@ -178,14 +178,14 @@ std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, 
     Lease& straggler = latest->second;
     const Interval owed = straggler.owed.front();
     straggler.twin = id;
-    leases_.emplace(id, Lease{worker,
-                              straggler.source,
-                              now_s,
-                              deadline_s,
-                              latest->first,
-                              straggler.lost_with,
-                              straggler.retries,
-                              {owed}});
+    begin(id, Lease{worker,
+                    straggler.source,
+                    now_s,
+                    deadline_s,
+                    latest->first,
+                    straggler.lost_with,
+                    straggler.retries,
+                    {owed}});
     return NewLease{{straggler.source, owed.begin, owed.end - owed.begin}, straggler.lost_with.size() > 1};
 }
 
@@ -339,9 +339,17 @@ void Ledger::cut(LeaseId id, const Interval& done) {
     if (found->second.owed.empty()) end(found);
 }
 
+void Ledger::begin(LeaseId id, Lease lease) {
+    leases_by_worker_[lease.worker].insert(id);
+    leases_.emplace(id, std::move(lease));
+}
+
 void Ledger::end(std::map<LeaseId, Lease>::iterator lease) {
     if (const auto twin = leases_.find(lease->second.twin); twin != leases_.end()) twin->second.twin = 0;
     ended_.push_back(lease->first);
+    const auto of_worker = leases_by_worker_.find(lease->second.worker);
+    of_worker->second.erase(lease->first);
+    if (of_worker->second.empty()) leases_by_worker_.erase(of_worker);
     leases_.erase(lease);
 }
 
@@ -386,13 +394,17 @@ void Ledger::release_all() {
 }
 
 void Ledger::extend(WorkerId worker, double deadline_s) {
-    for (auto& [id, lease] : leases_)
-        if (lease.worker == worker) lease.deadline_s = std::max(lease.deadline_s, deadline_s);
+    for (const LeaseId id : held(worker)) {
+        Lease& lease = leases_.at(id);
+        lease.deadline_s = std::max(lease.deadline_s, deadline_s);
+    }
 }
 
 void Ledger::shorten(WorkerId worker, double deadline_s) {
-    for (auto& [id, lease] : leases_)
-        if (lease.worker == worker) lease.deadline_s = std::min(lease.deadline_s, deadline_s);
+    for (const LeaseId id : held(worker)) {
+        Lease& lease = leases_.at(id);
+        lease.deadline_s = std::min(lease.deadline_s, deadline_s);
+    }
 }
 
 std::uint64_t Ledger::expire(double now_s) {
@@ -413,30 +425,17 @@ bool Ledger::held_by(WorkerId worker, LeaseId id) const {
     return found != leases_.end() && found->second.worker == worker;
 }
 
-std::uint64_t Ledger::workers() const {
-    std::set<WorkerId> workers;
-    for (const auto& [id, lease] : leases_) workers.insert(lease.worker);
-    return workers.size();
-}
-
-bool Ledger::has_lease(WorkerId worker) const {
-    return std::any_of(leases_.begin(), leases_.end(),
-                       [&](const auto& entry) { return entry.second.worker == worker; });
+const std::set<LeaseId>& Ledger::held(WorkerId worker) const {
+    static const std::set<LeaseId> nothing;
+    const auto found = leases_by_worker_.find(worker);
+    return found == leases_by_worker_.end() ? nothing : found->second;
 }
 
 std::uint64_t Ledger::owed_by(WorkerId worker) const {
     std::uint64_t particles = 0;
-    for (const auto& [id, lease] : leases_)
-        if (lease.worker == worker)
-            for (const Interval& piece : lease.owed) particles += piece.end - piece.begin;
+    for (const LeaseId id : held(worker))
+        for (const Interval& piece : leases_.at(id).owed) particles += piece.end - piece.begin;
     return particles;
-}
-
-std::vector<LeaseId> Ledger::leases_of(WorkerId worker) const {
-    std::vector<LeaseId> ids;
-    for (const auto& [id, lease] : leases_)
-        if (lease.worker == worker) ids.push_back(id);
-    return ids;
 }
 
 }  // namespace lumenfarm

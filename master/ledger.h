@@ -129,9 +129,9 @@ public:
 
     bool holds(LeaseId id) const { return leases_.contains(id); }
     bool held_by(WorkerId worker, LeaseId id) const;
-    std::uint64_t workers() const;  ///< that hold a lease
-    std::vector<LeaseId> leases_of(WorkerId worker) const;
-    bool has_lease(WorkerId worker) const;
+    std::uint64_t workers() const { return leases_by_worker_.size(); }  ///< that hold a lease
+    std::vector<LeaseId> leases_of(WorkerId worker) const { return {held(worker).begin(), held(worker).end()}; }
+    bool has_lease(WorkerId worker) const { return leases_by_worker_.contains(worker); }
     std::uint64_t owed_by(WorkerId worker) const;  ///< particles
     std::uint64_t outstanding() const { return leases_.size(); }
     /// Particles to give out, but for lost ones.
@@ -191,6 +191,8 @@ private:
     void find_free();
     IntervalSet::Interval take(Share& share, std::uint64_t count);
     void set_available(std::uint32_t source, std::uint64_t available);
+    const std::set<LeaseId>& held(WorkerId worker) const;
+    void begin(LeaseId id, Lease lease);
     void end(std::map<LeaseId, Lease>::iterator lease);
     /// What of the lease nobody else owes.
     std::vector<IntervalSet::Interval> owed_alone(const Lease& lease) const;
@@ -206,6 +208,7 @@ private:
     std::set<std::pair<double, std::uint32_t>> by_fraction_;       ///< lights with something to give
     std::set<std::pair<std::uint64_t, std::uint32_t>> by_length_;  ///< queues with something to give
     std::map<LeaseId, Lease> leases_;
+    std::map<WorkerId, std::set<LeaseId>> leases_by_worker_;
     std::vector<IntervalSet> arrived_;  ///< being stored, or committed
     std::vector<IntervalSet> committed_by_source_;
     LostSets lost_;

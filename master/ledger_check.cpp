@@ -19,7 +19,12 @@ std::optional<std::string> Ledger::contradiction() const {
     const auto twice = [&](std::uint32_t source, const IntervalSet::Interval& piece) {
         return piece.end > shares_[source].particles || !found[source].insert(piece.begin, piece.end);
     };
+    std::size_t held_by_workers = 0;
+    for (const auto& [worker, leases] : leases_by_worker_) held_by_workers += leases.size();
+    if (held_by_workers != leases_.size())
+        return std::to_string(held_by_workers) + " leases are workers', of " + std::to_string(leases_.size());
     for (const auto& [id, lease] : leases_) {
+        if (!held(lease.worker).contains(id)) return "lease " + std::to_string(id) + " is not its worker's";
         IntervalSet shared;  // what two leases may owe: a straggler's and its twin's
         const auto twin = leases_.find(lease.twin);
         if (twin != leases_.end() && twin->first < id)

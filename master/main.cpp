@@ -94,6 +94,13 @@ void declare(CLI::App& app, Options& all) {
         ->envname("LUMENFARM_FLUSH_SECONDS")
         ->check(CLI::Range(0.05, 600.0))
         ->capture_default_str();
+    app.add_option("--results-in-flight", options.results_in_flight,
+                   "results that a worker may have sent without an answer")
+        ->envname("LUMENFARM_RESULTS_IN_FLIGHT")
+        ->check(CLI::Range(1u, lumenfarm::limits::results_in_flight_max))
+        ->capture_default_str();
+    app.add_flag("--compress", options.compress, "workers compress their results: for slow networks")
+        ->envname("LUMENFARM_COMPRESS");
     app.add_option("--dead-seconds", options.dead_seconds,
                    "a connection that is silent for so long is closed; both sides speak three times as often [s]")
         ->envname("LUMENFARM_DEAD_SECONDS")
@@ -165,14 +172,7 @@ int run(const ServerOptions& options, const std::string& what) {
 
 lumenfarm::RelayOptions relay_of(const Options& options) {
     lumenfarm::RelayOptions relay = options.relay;
-    relay.listen = options.master.listen;
-    relay.storage = options.master.storage;
-    relay.allow_plaintext = options.master.allow_plaintext;
-    relay.set_target_seconds = options.master.set_target_seconds;
-    relay.flush_seconds = options.master.flush_seconds;
-    relay.dead_seconds = options.master.dead_seconds;
-    relay.reconnect_seconds = options.master.reconnect_seconds;
-    relay.paced_workers = options.master.paced_workers;
+    static_cast<lumenfarm::ServingOptions&>(relay) = options.master;
     return relay;
 }
 

@@ -27,13 +27,15 @@ struct MasterPolicy {
     std::uint32_t epoch = 1;        ///< of this life of the master; larger than those of earlier ones
     JobId first_job = 1;            ///< jobs get this number and the following ones
     double set_target_seconds = 2;
-    double flush_seconds = 2;                              ///< maps: between two results of a tracing thread
-    double checkpoint_seconds = 10;                        ///< between two snapshots of a job
-    double dead_seconds = limits::dead_seconds;            ///< a connection that is silent for so long is closed
-    double reconnect_seconds = limits::reconnect_seconds;  ///< leases of a lost connection wait so long
-    double audit_fraction = 0;                             ///< of the results are traced again by another worker
-    std::uint64_t audit_key = 0;                           ///< random: nobody knows which, nor what they are reduced to
-    std::int64_t started_unix_seconds = 0;                 ///< when the clock of the events was 0
+    double flush_seconds = 2;                                     ///< maps: between two results of a tracing thread
+    double checkpoint_seconds = 10;                               ///< between two snapshots of a job
+    double dead_seconds = limits::dead_seconds;                   ///< a connection that is silent for so long is closed
+    double reconnect_seconds = limits::reconnect_seconds;         ///< leases of a lost connection wait so long
+    std::uint32_t results_in_flight = limits::results_in_flight;  ///< credit of a worker
+    bool compress = false;                                        ///< workers compress their results
+    double audit_fraction = 0;                                    ///< of the results are traced again by another worker
+    std::uint64_t audit_key = 0;              ///< random: nobody knows which, nor what they are reduced to
+    std::int64_t started_unix_seconds = 0;    ///< when the clock of the events was 0
     std::optional<double> recut_above;        ///< subspaces whose hits are shared out less evenly are cut anew
     double recut_seconds = 10;                ///< between two looks at that
     std::uint64_t recut_hits = 20'000;        ///< fewer say nothing
@@ -73,6 +75,7 @@ public:
     /// `stored`: what became of each job that has results among the tickets.
     Effects on_results_stored(std::span<const std::uint64_t> tickets, const Result<std::map<JobId, Merged>>& stored,
                               double now_s);
+    Effects on_snapshot_stored(const StoreSnapshot& store, double now_s);
     Effects on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s);
     Effects on_put_aside(const PutAside& aside, double now_s);
     Effects on_removed(const RemoveJob& remove, const Result<void>& removed, double now_s);
@@ -163,6 +166,7 @@ private:
         bool solution_waits = false;           ///< for space on the disk
         JobEffort effort;                      ///< storing: for the solution
         double snapshot_s = 0;                 ///< when the last one was asked for
+        double next_snapshot_s = 0;            ///< infinite while one is on its way to the disk
         double measured_s = 0;                 ///< when its cut was looked at
         std::uint64_t cut_at_hits = 0;         ///< how many there were when it was cut
         std::vector<std::pair<double, std::uint64_t>> committed_at;  ///< for the rate
@@ -245,6 +249,8 @@ private:
     void has_space(double now_s);
     void try_again(double now_s);
     void store_snapshot(Job& job, double now_s);
+    /// Times as long as a snapshot took, the next one waits.
+    static constexpr double snapshot_pause = 4;
     void collect_ended_leases();
 
     // jobs (master_jobs.cpp)

@@ -140,6 +140,7 @@ Effects MasterCore::on_prepared(JobId id, Result<RecoveredJob> recovered, double
     job->end_by_s = now_s + limits::finish_seconds;
     if (!ends && drains(*job)) begin_draining(*job, now_s);
     job->snapshot_s = job->measured_s = now_s;
+    job->next_snapshot_s = now_s + policy_.checkpoint_seconds;
     job->resumes = false;
     record.status.set_aside.clear();
     record.status.sentence.clear();

@@ -48,12 +48,9 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     const auto fingerprint = farm_fingerprint(options.isa, options.paced_workers);
     if (!fingerprint) return fingerprint.error();
 
-    MasterPolicy policy;
-    policy.fingerprint = *fingerprint;
+    MasterPolicy policy = policy_of(options, *fingerprint);
     policy.epoch = begun->life;
     policy.first_job = begun->next_job;
-    policy.set_target_seconds = options.set_target_seconds;
-    policy.flush_seconds = options.flush_seconds;
     policy.checkpoint_seconds = options.checkpoint_seconds;
     policy.recut_above = options.recut_above > 0 ? std::optional(options.recut_above) : std::nullopt;
     policy.audit_fraction = options.audit_fraction;
@@ -62,8 +59,6 @@ Result<std::unique_ptr<MasterServer>> MasterServer::start(const MasterOptions& o
     policy.started_unix_seconds = std::time(nullptr);
     if (options.keep_days > 0) policy.keep_seconds = options.keep_days * 86'400;
     if (options.keep_bytes > 0) policy.keep_bytes = options.keep_bytes;
-    policy.dead_seconds = options.dead_seconds;
-    policy.reconnect_seconds = options.reconnect_seconds;
     auto running = std::make_unique<Running>(policy, std::move(*lock), std::move(disk), std::move(*storage));
     if (const auto listening = running->listen(options.listen, options.allow_plaintext); !listening)
         return listening.error();

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "common/service/pulse.h"
-#include "common/support/limits.h"
 #include "common/support/result.h"
 #include "master/effects.h"
+#include "master/serving_options.h"
 #include "proto/messages.h"
 
 #include <cstddef>
@@ -18,27 +18,21 @@
 /// The master as a running thing: MasterCore behind a listener, with its storage on disk. lumenfarm-master is one of
 /// these and a signal handler; `lumenfarm run` embeds one. Logs go to spdlog's default logger.
 ///
-///   auto master = MasterServer::start({.listen = "127.0.0.1:0", .storage = folder});
+///   MasterOptions options;
+///   options.listen = "127.0.0.1:0";
+///   options.storage = folder;
+///   auto master = MasterServer::start(options);
 ///   auto job = (*master)->submit(spec, scene_bytes);
 ///   while (auto status = (*master)->wait(*job, 0.5)) ...          // status->state; or cancel(*job) and wait on
 ///   auto files = (*master)->files(*job);                          // solution and scene, to be copied
 namespace lumenfarm {
 
-struct MasterOptions {
-    std::string listen = "127.0.0.1:7420";  ///< HOST:PORT; port 0 lets the system choose
-    std::filesystem::path storage;
-    bool allow_plaintext = false;  ///< REQUIRED for an address beyond loopback: anybody who reaches it may use the farm
-    double set_target_seconds = 2;
-    double flush_seconds = 2;
+struct MasterOptions : ServingOptions {
     double checkpoint_seconds = 10;
     double recut_above = 0;        ///< subspaces whose hits are shared out less evenly are cut anew; 0: never
     double audit_fraction = 0;     ///< of the results are traced again by a second worker
     double keep_days = 0;          ///< jobs that ended longer ago are removed; 0 keeps them
     std::uint64_t keep_bytes = 0;  ///< of solutions, beyond which the job that ended first is removed; 0: any number
-    double dead_seconds = limits::dead_seconds;  ///< REQUIRED: within limits::dead_seconds_min and _max
-    double reconnect_seconds = limits::reconnect_seconds;
-    std::string isa;             ///< of the trace that gives the fingerprint; empty: the best of this machine
-    bool paced_workers = false;  ///< takes paced workers (worker/paced), and no others: for measurements
 };
 
 /// Where the files of a job are that is over.

@@ -86,6 +86,8 @@ void MasterCore::welcome(SessionId session) {
     welcome.dead_seconds = policy_.dead_seconds;
     welcome.heartbeat_seconds = policy_.dead_seconds / limits::heartbeats_per_dead;
     welcome.reconnect_seconds = policy_.reconnect_seconds;
+    welcome.results_in_flight = policy_.results_in_flight;
+    welcome.compress = policy_.compress;
     send(session, std::move(welcome));
 }
 

@@ -1,6 +1,7 @@
 #include "master/master_core.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 /// The master's core: what is on its way to the disk. Nobody is answered before it lasts (law 6).
@@ -139,9 +140,20 @@ void MasterCore::try_again(double now_s) {
 }
 
 void MasterCore::store_snapshot(Job& job, double now_s) {
-    if (job.lent || no_space_ || now_s < job.snapshot_s + policy_.checkpoint_seconds) return;
+    if (job.lent || no_space_ || now_s < job.next_snapshot_s) return;
     job.snapshot_s = now_s;
+    job.next_snapshot_s = std::numeric_limits<double>::infinity();
     effects_.push_back(StoreSnapshot{job.record.id(), effort_of(job, now_s)});
+}
+
+/// One of a job with a million particles in flight may take seconds, while which no result is committed.
+Effects MasterCore::on_snapshot_stored(const StoreSnapshot& store, double now_s) {
+    Job* job = find(store.job);
+    if (job && job->active) {
+        const double took_s = now_s - job->snapshot_s;
+        job->next_snapshot_s = std::max(job->snapshot_s + policy_.checkpoint_seconds, now_s + snapshot_pause * took_s);
+    }
+    return settle_and_take(now_s);
 }
 
 void MasterCore::collect_ended_leases() {

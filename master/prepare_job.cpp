@@ -4,6 +4,8 @@
 #include "master/job.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <utility>
 
 namespace lumenfarm {
@@ -11,15 +13,29 @@ namespace lumenfarm {
 namespace {
 
 /// With leaves as fine as so many subspaces need, if there can be.
-WeightedOctree weigh(const Scene& scene, const Emission& emission, std::uint32_t subspaces) {
-    std::vector<double> shares;
-    for (const LightEmission& light : emission.lights) shares.push_back(light.share);
+WeightedOctree weigh(const Scene& scene, const std::vector<double>& shares, std::uint32_t subspaces) {
     OctreeOptions options;
     WeightedOctree octree = make_weighted_octree(scene, options, shares);
     for (; Subspaces::most(octree) < subspaces && options.leaf_objects > 1;
          octree = make_weighted_octree(scene, options, shares))
         options.leaf_objects /= 2;
     return octree;
+}
+
+/// A ray takes time with the logarithm of what it may meet, which is at first what is in the cell of its light.
+std::vector<double> predict_costs(const WeightedOctree& octree, const std::vector<double>& shares) {
+    std::map<std::uint32_t, double> cost_by_cell;  // few: a light's cell is the root or one of its octants
+    std::vector<double> costs;
+    double mean = 0;
+    for (std::size_t light = 0; light < shares.size(); ++light) {
+        const std::uint32_t cell = octree.light_cells()[light].node;
+        const auto [cost, first] = cost_by_cell.try_emplace(cell);
+        if (first) cost->second = std::log2(2 + static_cast<double>(filled_leaves(octree.octree(), cell)));
+        costs.push_back(cost->second);
+        mean += shares[light] * costs.back();
+    }
+    for (double& cost : costs) cost /= mean;
+    return costs;
 }
 
 std::string describe(const Scene& scene, const WeightedOctree& weighted) {
@@ -44,7 +60,10 @@ Result<std::shared_ptr<const PreparedJob>> prepare_job(const JobSpec& spec, std:
     if (!layout) return layout.error();
     prepared->layout = std::move(*layout);
     prepared->particles = apportion(prepared->emission, spec.particles);
-    const WeightedOctree octree = weigh(prepared->scene, prepared->emission, spec.subspaces);
+    std::vector<double> shares;
+    for (const LightEmission& light : prepared->emission.lights) shares.push_back(light.share);
+    const WeightedOctree octree = weigh(prepared->scene, shares, spec.subspaces);
+    prepared->light_costs = predict_costs(octree, shares);
     prepared->octree = describe(prepared->scene, octree);
     if (spec.strategy == Strategy::subspaces) {
         const auto most =

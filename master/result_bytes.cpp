@@ -55,14 +55,11 @@ private:
 
 }  // namespace
 
-std::vector<std::byte> encode_result(const StagedResult& result) {
-    std::vector<std::byte> bytes;
-    bytes.reserve(result.bytes() + (result.messages().size() + 1) * 4'096);
-    for (const wire::Message& message : result.messages()) {
-        const std::vector<std::byte> frame = wire::encode(message);
-        bytes.insert(bytes.end(), frame.begin(), frame.end());
-    }
-    return bytes;
+Result<void> encode_result(const StagedResult& result,
+                           const std::function<Result<void>(std::span<const std::byte> frame)>& take) {
+    for (const wire::Message& message : result.messages())
+        if (const auto taken = take(wire::encode(message)); !taken) return taken;
+    return {};
 }
 
 Result<StagedResult> decode_result(std::span<const std::byte> bytes, JobId job, const JobSpec& spec,

@@ -6,7 +6,6 @@
 #include <boost/asio/post.hpp>
 
 #include <ctime>
-#include <limits>
 #include <random>
 #include <utility>
 
@@ -16,7 +15,6 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr double snapshot_pause = 4;  ///< times as long as a snapshot took
 constexpr auto tick_interval = std::chrono::milliseconds(200);
 
 }  // namespace
@@ -255,19 +253,12 @@ void MasterServer::Running::commit(bool leases_too) {
            });
 }
 
-/// One of a job with a million particles in flight may take seconds, while which no result is committed: the next one
-/// waits for some times as long.
 void MasterServer::Running::carry_out(StoreSnapshot store) {
-    const double asked_s = now_s();
-    std::erase_if(next_snapshot_s_, [asked_s](const auto& entry) { return entry.second <= asked_s; });
-    if (!store.last && next_snapshot_s_.contains(store.job)) return;
-    next_snapshot_s_[store.job] = std::numeric_limits<double>::infinity();
     slowly([this, store] { return storage_->store(store); },
-           [this, asked_s, job = store.job, last = store.last](const Result<void>& stored) {
-               next_snapshot_s_[job] = now_s() + snapshot_pause * (now_s() - asked_s);
-               if (last) next_snapshot_s_.erase(job);
-               if (!stored) spdlog::warn("no snapshot of job {}: {}", job, stored.error().sentence);
-               if (stored && last) spdlog::info("a snapshot of job {} is kept", job);
+           [this, store](const Result<void>& stored) {
+               if (!stored) spdlog::warn("no snapshot of job {}: {}", store.job, stored.error().sentence);
+               if (stored && store.last) spdlog::info("a snapshot of job {} is kept", store.job);
+               carry_out(core_.on_snapshot_stored(store, now_s()));
            });
 }
 

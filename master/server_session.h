@@ -117,9 +117,8 @@ private:
     std::uint64_t changes_ = 0;
     std::string summary_;
     bool stopping_ = false;
-    std::map<JobId, double> next_snapshot_s_;  ///< not before
-    std::size_t slow_works_ = 0;               ///< that the storage has not finished
-    std::optional<double> end_by_s_;           ///< for the goodbyes to leave, once they are said
+    std::size_t slow_works_ = 0;      ///< that the storage has not finished
+    std::optional<double> end_by_s_;  ///< for the goodbyes to leave, once they are said
     std::thread thread_;
 };
 

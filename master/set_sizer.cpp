@@ -26,9 +26,9 @@ std::uint64_t next_set_size(const SetPolicy& policy, const Pace& pace, const Set
     if (policy.particles_per_set > 0) return std::min(policy.particles_per_set, limits::particles_per_set_max);
     constexpr auto most = static_cast<double>(limits::particles_per_set_max);
     const std::uint64_t rounds = std::min(pace.given() / (2 * demand.worker_threads), doublings_max);
-    const std::uint64_t wanted =
-        pace.known() ? static_cast<std::uint64_t>(std::min(pace.particles_per_s() * policy.target_seconds, most))
-                     : limits::first_set_particles << rounds;
+    const auto first = static_cast<double>(limits::first_set_particles << rounds);
+    const double aimed = pace.known() ? pace.particles_per_s() * policy.target_seconds : first / demand.light_cost;
+    const auto wanted = static_cast<std::uint64_t>(std::min(aimed, most));
     const auto last = static_cast<std::uint64_t>(static_cast<double>(wanted) * last_set_part);
     const std::uint64_t guided =
         std::max({demand.unleased / (2 * demand.farm_threads), limits::last_set_particles, last});

@@ -33,13 +33,14 @@ struct SetDemand {
     std::uint64_t unleased = 0;        ///< particles
     std::uint64_t farm_threads = 1;    ///< > 0
     std::uint64_t worker_threads = 1;  ///< > 0
+    double light_cost = 1;             ///< predicted, of a particle of the light, times the mean; > 0
 };
 
-/// Fixed: the fixed number. Automatic: while the pace is unknown limits::first_set_particles, and twice as many
-/// whenever the worker has been given two sets a thread, so that a set takes no longer than all before it; then what
-/// the thread traces in target_seconds. At most the part 1 / (2 x threads) of what is unleased (guided self-scheduling,
-/// Polychronopoulos and Kuck 1987), down to what takes the thread last_set_part of target_seconds, and to
-/// limits::last_set_particles.
+/// Fixed: the fixed number. Automatic: while the pace is unknown as many as should take the time of
+/// limits::first_set_particles of mean cost, and twice as many whenever the worker has been given two sets a thread, so
+/// that a set takes no longer than all before it; then what the thread traces in target_seconds. At most the part 1 /
+/// (2 x threads) of what is unleased (guided self-scheduling, Polychronopoulos and Kuck 1987), down to what takes the
+/// thread last_set_part of target_seconds, and to limits::last_set_particles.
 std::uint64_t next_set_size(const SetPolicy& policy, const Pace& pace, const SetDemand& demand);
 inline constexpr double last_set_part = 0.005;
 

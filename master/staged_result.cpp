@@ -1,7 +1,5 @@
 #include "master/staged_result.h"
 
-#include "common/spectrum/spectrum.h"
-
 #include <algorithm>
 #include <cstdlib>
 #include <utility>
@@ -33,10 +31,6 @@ bool possible(const wire::SurfaceDelta& delta, std::uint64_t surfaces) {
     return delta.surface < surfaces && delta.side_batch < 2 * limits::batches &&
            delta.hits <= limits::particles_max * limits::bounces_max && possible_sum(delta.radiant, delta.hits) &&
            possible_sum(delta.y, delta.hits);
-}
-
-bool possible_record(const HitRecord& record, const Scene& scene) {
-    return valid_record(record, scene) && record.wavelength < wavelength_bins;
 }
 
 /// Bounds from the limits of a path, tight enough that no sum of a job's balances leaves int64. `covered`: particles
@@ -97,7 +91,7 @@ void StagedResult::add(const JobSpec& spec, const PreparedJob& prepared, wire::R
         return refuse(std::to_string(part.energies.size()) + " energies came with " +
                       std::to_string(part.records.size()) + " hits");
     for (const HitRecord& record : part.records)
-        if (!possible_record(record, prepared.scene))
+        if (!valid_record(record, prepared.scene))
             return refuse("a hit lies outside the scene, on triangle " + std::to_string(record.triangle));
     for (const std::uint32_t energy : part.energies)
         if (energy > limits::energy_ticks_max) return refuse("a hit has " + std::to_string(energy) + " ticks");
@@ -126,7 +120,7 @@ void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::Result
     if (!next_part(part.part, part.hits.size() * sizeof(KeptHit))) return;
     for (const KeptHit& hit : part.hits)
         if (hit.light >= prepared.particles.size() || hit.energy > limits::energy_ticks_max ||
-            !possible_record(hit.record, prepared.scene))
+            !valid_record(hit.record, prepared.scene))
             return refuse("a kept hit lies outside the scene, on triangle " + std::to_string(hit.record.triangle));
     messages_.emplace_back(std::move(part));
 }

@@ -94,7 +94,7 @@ struct JobStatus {
     std::optional<double> eta_seconds;
     std::int64_t created_unix_seconds = 0;
     double elapsed_seconds = 0;  ///< from the first lease to now, or to the end
-    double trace_seconds = 0;    ///< summed over threads
+    double trace_seconds = 0;    ///< processor time in the tracer, summed over threads
     std::uint64_t leases_expired = 0, leases_returned = 0;
     std::uint64_t results_stale = 0, results_invalid = 0;
     std::uint64_t audits = 0;  ///< results that were traced again, and decided

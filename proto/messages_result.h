@@ -154,7 +154,7 @@ struct ResultDone {
     std::uint32_t parts = 0;    ///< sent before; 0 when no particle hit anything
     EnergyBalance balance;      ///< over all claims; its particles are those of the lights' ranges
     double trace_seconds = 0;   ///< wall time in the tracer, summed over threads
-    double cpu_seconds = 0;
+    double cpu_seconds = 0;     ///< processor time of the same
 
     ResultDone() = default;
     ResultDone(std::uint64_t job_, std::uint64_t result_, std::vector<Claim> claims_, std::uint32_t parts_,

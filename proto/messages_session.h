@@ -56,13 +56,13 @@ struct Welcome {
     double dead_seconds = limits::dead_seconds;                   ///< and close when nothing arrived for this long
     double reconnect_seconds = limits::reconnect_seconds;         ///< leases of a lost connection wait this long
     std::uint32_t results_in_flight = limits::results_in_flight;  ///< credit: results sent and not yet acknowledged
-    bool compress = false;                                        ///< bulk frames are sent compressed
+    bool compress = false;                                        ///< the worker compresses its results
 
     Welcome() = default;
     explicit Welcome(std::uint64_t session_) : session(session_) {}
     bool operator==(const Welcome&) const = default;
     bool valid() const {
-        return results_in_flight > 0 && heartbeat_seconds > 0 && dead_seconds > heartbeat_seconds &&
+        return results_in_flight > 0 && results_in_flight <= limits::results_in_flight_max && heartbeat_seconds > 0 && dead_seconds > heartbeat_seconds &&
                reconnect_seconds >= 0;
     }
 

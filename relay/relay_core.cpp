@@ -122,7 +122,7 @@ Effects RelayCore::on_upstream_lost(const std::optional<wire::Goodbye>& goodbye,
 
 std::optional<wire::Message> RelayCore::next_bulk() {
     if (!welcome_) return std::nullopt;
-    return results_.next([&](JobId id) {
+    return results_.next(credit_, [&](JobId id) {
         const auto job = jobs_.find(id);
         return job != jobs_.end() && job->second.confirmed;
     });

@@ -166,9 +166,10 @@ private:
     std::deque<Digest> wanted_;  ///< files to be fetched after that
     std::set<Digest> keeping_;   ///< fetched, and on their way to the disk
     std::set<Digest> kept_;
-    std::vector<Request> requests_;      ///< that wait for a file
-    wire::Pull wished_;                  ///< what the master believes that this relay has room for
-    std::uint64_t leases_received_ = 0;  ///< in this session
+    std::vector<Request> requests_;                     ///< that wait for a file
+    wire::Pull wished_;                                 ///< what the master believes that this relay has room for
+    std::uint64_t leases_received_ = 0;                 ///< in this session
+    std::uint32_t credit_ = limits::results_in_flight;  ///< results that may be under way; the master's
     std::optional<double> drain_by_s_;
     bool finished_ = false;
     std::uint64_t particles_merged_ = 0;

@@ -14,6 +14,7 @@ void RelayCore::greet(const wire::Welcome& welcome, double now_s) {
     welcome_ = true;
     wished_ = {};
     leases_received_ = 0;
+    credit_ = welcome.results_in_flight;
     // after this long the master above has given the leases to others
     if (lost_s_ && now_s - *lost_s_ > welcome.reconnect_seconds) {
         for (auto& [id, job] : jobs_) {

@@ -50,13 +50,16 @@ void RelayCore::close(Job& job) {
     job.flush_s = std::min(2 * job.flush_s, job.info.flush_seconds);
 }
 
-/// Hits go up as they come, as far as the master's credit goes. Sums wait for more to be added, unless nothing is left
-/// to wait for.
+/// Hits go up as they come, as far as the master's credit goes. Sums wait for more to be added: not for long once the
+/// workers have all that is here, since those may be the last of the job; and not at all when nothing is left to wait
+/// for.
 void RelayCore::close_what_is_due(double now_s) {
     for (auto& [id, job] : jobs_) {
         if (!job.open || job.open->empty()) continue;
-        const bool late = now_s - job.open_since_s >= job.flush_s;
-        const bool may_go = job.info.spec.packing == Packing::records && results_.size() < limits::results_in_flight;
+        const bool may_be_last = farm_.ledger(id)->unleased() == 0;
+        const double wait_s = may_be_last ? std::min(job.flush_s, limits::first_flush_seconds) : job.flush_s;
+        const bool late = now_s - job.open_since_s >= wait_s;
+        const bool may_go = job.info.spec.packing == Packing::records && results_.size() < credit_;
         if (late || job.sets.empty() || may_go) close(job);
     }
 }

@@ -43,13 +43,8 @@ Result<std::unique_ptr<RelayServer>> RelayServer::start(const RelayOptions& opti
     identity.instance = std::uint64_t{entropy()} << 32 | entropy();
     identity.isa = options.isa;
     identity.fingerprint = *fingerprint;
-    MasterPolicy farm;
-    farm.fingerprint = *fingerprint;
+    MasterPolicy farm = policy_of(options, *fingerprint);
     farm.epoch = entropy();  // leases of an earlier life are not of this one
-    farm.set_target_seconds = options.set_target_seconds;
-    farm.flush_seconds = options.flush_seconds;
-    farm.dead_seconds = options.dead_seconds;
-    farm.reconnect_seconds = options.reconnect_seconds;
     farm.upstream = upstream->text();
     farm.instance = identity.instance;
     auto running = std::make_unique<Running>(options, *upstream, identity, farm, std::move(*lock), std::move(disk),

@@ -3,6 +3,7 @@
 #include "common/service/pulse.h"
 #include "common/support/limits.h"
 #include "common/support/result.h"
+#include "master/serving_options.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -15,19 +16,10 @@
 /// default logger.
 namespace lumenfarm {
 
-struct RelayOptions {
-    std::string upstream;                   ///< HOST:PORT of the master above
-    std::string listen = "127.0.0.1:7420";  ///< HOST:PORT; port 0 lets the system choose
-    std::filesystem::path storage;          ///< files of the jobs at hand lie in its folder "relay"
-    bool allow_plaintext = false;           ///< as MasterOptions
-    double set_target_seconds = 2;
-    double flush_seconds = 2;
-    double dead_seconds = limits::dead_seconds;  ///< REQUIRED: within limits::dead_seconds_min and _max
-    double reconnect_seconds = limits::reconnect_seconds;
+struct RelayOptions : ServingOptions {
+    std::string upstream;                          ///< HOST:PORT of the master above
     double drain_seconds = limits::drain_seconds;  ///< from drain() to the end, at most
     std::string name;                              ///< empty: the machine's, and "(relay)"
-    std::string isa;                               ///< of the trace that gives the fingerprint; empty: the best
-    bool paced_workers = false;                    ///< as MasterOptions
 };
 
 class RelayServer {

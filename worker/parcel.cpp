@@ -68,13 +68,17 @@ void move_sums(LightMap& sums, Parcel& parcel) {
     sums.clear();
 }
 
-/// Hits a part as the job asks, or more where a result would have too many parts.
+/// Hits and flights a part as the job asks, or more where a result would have too many parts.
 ParcelReader::ParcelReader(const Parcel& parcel, std::uint64_t number) : parcel_(&parcel), number_(number) {
-    std::size_t records = 0;
+    const auto in_a_part = [&](std::size_t in_all, std::size_t most) {
+        const std::size_t fewest = in_all / (limits::parts_per_result_max / 4) + 1;
+        return std::min(std::max<std::size_t>(parcel.hits_per_message, fewest), most);
+    };
+    std::size_t records = 0, flights = 0;
     for (const LightHits& of : parcel.hits) records += of.records.size();
-    const std::size_t fewest = records / (limits::parts_per_result_max / 4) + 1;
-    hits_in_a_part_ =
-        std::min<std::size_t>(std::max<std::size_t>(parcel.hits_per_message, fewest), limits::hits_per_message_max);
+    for (const auto& [subspace, those] : parcel.flights) flights += those.size();
+    hits_in_a_part_ = in_a_part(records, limits::hits_per_message_max);
+    flights_in_a_part_ = in_a_part(flights, limits::flights_per_message_max);
     rewind();
 }
 
@@ -115,7 +119,7 @@ wire::Message ParcelReader::next_hits(const wire::PartId& part) {
 
 wire::Message ParcelReader::next_flights(const wire::PartId& part) {
     const auto at = parcel_->flights.find(*subspace_);
-    wire::ResultFlights message(part, at->first, piece(at->second, flights_, limits::flights_per_message_max));
+    wire::ResultFlights message(part, at->first, piece(at->second, flights_, flights_in_a_part_));
     if (flights_ < at->second.size()) return message;
     flights_ = 0;
     const auto after = std::next(at);

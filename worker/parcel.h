@@ -23,7 +23,7 @@ struct LightHits {
 
 struct Parcel {
     JobId job = 0;
-    std::uint32_t hits_per_message = 0;
+    std::uint32_t hits_per_message = 0;  ///< and flights
     std::vector<wire::Claim> claims;
     EnergyBalance balance;
     double trace_s = 0;
@@ -66,7 +66,7 @@ private:
 
     const Parcel* parcel_;
     std::uint64_t number_;
-    std::size_t hits_in_a_part_;
+    std::size_t hits_in_a_part_, flights_in_a_part_;
     std::size_t lights_ = 0;                            ///< whose hits are all sent
     std::size_t records_ = 0;                           ///< of the next light that are sent
     std::size_t texels_ = 0, surfaces_ = 0, kept_ = 0;  ///< sent so far

@@ -11,7 +11,7 @@ void ResultOutbox::add(Parcel parcel) {
     results_.push_back({results_made_, std::move(kept), reader});
 }
 
-std::optional<wire::Message> ResultOutbox::next(const std::function<bool(JobId)>& may_go) {
+std::optional<wire::Message> ResultOutbox::next(std::uint32_t credit, const std::function<bool(JobId)>& may_go) {
     // the parts of one result are not mixed with those of another
     for (Outgoing& outgoing : results_)
         if (outgoing.reader.begun()) return outgoing.reader.next();
@@ -19,9 +19,7 @@ std::optional<wire::Message> ResultOutbox::next(const std::function<bool(JobId)>
     for (Outgoing& outgoing : results_) {
         if (!may_go(outgoing.parcel->job)) continue;
         if (!outgoing.reader.finished())
-            return in_flight < limits::results_in_flight && bytes < limits::result_bytes_in_flight
-                       ? outgoing.reader.next()
-                       : std::nullopt;
+            return in_flight < credit && bytes < limits::result_bytes_in_flight ? outgoing.reader.next() : std::nullopt;
         ++in_flight;
         bytes += outgoing.parcel->bytes();
     }

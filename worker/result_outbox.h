@@ -18,8 +18,9 @@ namespace lumenfarm::worker {
 class ResultOutbox {
 public:
     void add(Parcel parcel);
-    /// The next part of the oldest result that may go. `may_go`: whether the master is ready for results of a job.
-    std::optional<wire::Message> next(const std::function<bool(JobId)>& may_go);
+    /// The next part of the oldest result that may go. `credit`: results under way, at most. `may_go`: whether the
+    /// master is ready for results of a job.
+    std::optional<wire::Message> next(std::uint32_t credit, const std::function<bool(JobId)>& may_go);
     /// The connection is lost.
     void rewind();
 

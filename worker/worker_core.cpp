@@ -99,6 +99,7 @@ void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
     welcome_ = true;
     wished_ = 0;
     leases_received_ = 0;
+    credit_ = welcome.results_in_flight;
     // after this long the master has given the leases to others
     if (lost_s_ && now_s - *lost_s_ > welcome.reconnect_seconds) {
         count(Discard::set_outlived, queue_.size(), "the connection was away for too long");
@@ -168,7 +169,7 @@ std::vector<wire::LeaseProgress> WorkerCore::leases_held() const {
 std::optional<wire::Message> WorkerCore::next_bulk() {
     if (!welcome_) return std::nullopt;
     // a master that has just started may not be ready for them
-    return results_.next([&](JobId id) {
+    return results_.next(credit_, [&](JobId id) {
         const auto job = jobs_.find(id);
         return job != jobs_.end() && job->second.confirmed;
     });

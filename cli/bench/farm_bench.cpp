@@ -45,7 +45,7 @@ FarmBenchRow row_of(const std::vector<const FarmRun*>& runs) {
     });
     row.master_cpu_per_worker_cpu =
         median_of([](const FarmRun& run) { return run.worker_cpu_s > 0 ? run.master_cpu_s / run.worker_cpu_s : 0; });
-    if (runs.front()->ideal_s > 0) row.efficiency = runs.front()->ideal_s / row.total_s;
+    if (runs.front()->ideal_s > 0) row.efficiency = runs.front()->ideal_s / row.total_s;  // of paced workers
     return row;
 }
 
@@ -95,9 +95,10 @@ std::vector<FarmBenchRow> rows_of(std::span<const FarmRun> runs) {
                 other.workers < fewest->workers)
                 fewest = &other;
         const double base = fewest->workers;
-        row.speed_up_total = base * fewest->total_s / row.total_s;
+        const bool paced = row.efficiency > 0;
         row.speed_up_trace = base * fewest->trace_s / row.trace_s;
-        if (row.efficiency == 0) row.efficiency = row.speed_up_total / row.workers;
+        row.speed_up_total = paced ? row.efficiency * row.workers : base * fewest->total_s / row.total_s;
+        if (!paced) row.efficiency = row.speed_up_total / row.workers;
     }
     return rows;
 }

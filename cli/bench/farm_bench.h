@@ -41,6 +41,8 @@ struct FarmBenchOptions {
     std::uint32_t jobs = 1;                       ///< in a run, all alike, submitted together
     double set_seconds = 0;                       ///< of masters and relays; 0: their default
     double flush_seconds = 0;                     ///< the same
+    std::uint32_t results_in_flight = 0;          ///< the same
+    bool compress = false;                        ///< of masters and relays
     std::optional<PacedBench> paced;              ///< in place of workers that trace
     JobSpec job;                                  ///< but for the particles
 };
@@ -55,7 +57,7 @@ struct FarmRun {
     Packing packing = Packing::automatic;  ///< in force
     double ideal_s = 0;                    ///< paced workers: what their paces allow; else 0
     double total_s = 0;                    ///< from the submission until the result is stored
-    double trace_s = 0;                    ///< that a thread spent tracing, on average
+    double trace_s = 0;                    ///< processor time that a thread spent tracing, on average
     double master_cpu_s = 0;               ///< meanwhile
     std::uint32_t relays = 0;
     double relay_cpu_s = 0;   ///< of all relays
@@ -79,7 +81,7 @@ struct FarmBenchRow {
     std::uint32_t hits_per_message = 0;
     double total_s = 0;
     double trace_s = 0;
-    double speed_up_total = 0;  ///< times the fewest workers
+    double speed_up_total = 0;  ///< times the fewest workers; paced workers: over what one of them would take
     double speed_up_trace = 0;  ///< the same of pure tracing time
     double efficiency = 0;      ///< speed_up_total / workers; paced workers: the ideal time over the total time
     double particles_per_s = 0;

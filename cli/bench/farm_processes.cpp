@@ -28,6 +28,9 @@ std::vector<std::string> serving_arguments(const FarmBenchOptions& options, cons
     std::vector<std::string> arguments{"--listen", "127.0.0.1:0", "--storage", storage};
     if (options.flush_seconds > 0) arguments.insert(arguments.end(), {"--flush-seconds", exact(options.flush_seconds)});
     if (options.set_seconds > 0) arguments.insert(arguments.end(), {"--set-seconds", exact(options.set_seconds)});
+    if (options.results_in_flight > 0)
+        arguments.insert(arguments.end(), {"--results-in-flight", std::to_string(options.results_in_flight)});
+    if (options.compress) arguments.emplace_back("--compress");
     if (options.paced) arguments.emplace_back("--paced-workers");
     return arguments;
 }

@@ -81,8 +81,7 @@ WeightedOctree make_weighted_octree(const Scene& scene, const OctreeOptions& opt
                                     std::span<const double> light_shares, double light_weight) {
     ensure(light_shares.size() == scene.lights.size(), "each light has a share of the flux");
     Octree octree = Octree::make(scene, options);
-    const auto filled = static_cast<double>(std::count_if(
-        octree.nodes().begin(), octree.nodes().end(), [](OctreeNode n) { return n.is_leaf() && !n.is_empty_leaf(); }));
+    const auto filled = static_cast<double>(filled_leaves(octree, Octree::root().node));
     std::vector<LightPlace> places;
     for (std::size_t l = 0; l < scene.lights.size(); ++l)
         places.push_back({light_extent(scene, scene.lights[l]), light_shares[l] * light_weight * filled});
@@ -108,6 +107,14 @@ OctreeCell light_cell(const Octree& octree, const Box& extent) {
         if (holds(octree.box(cell), extent)) return holds_triangles(octree, cell.node) ? cell : root;
     }
     return root;
+}
+
+std::uint64_t filled_leaves(const Octree& octree, std::uint32_t node) {
+    const OctreeNode& n = octree.nodes()[node];
+    if (n.is_leaf()) return n.is_empty_leaf() ? 0 : 1;
+    std::uint64_t leaves = 0;
+    for (std::uint32_t octant = 0; octant < 8; ++octant) leaves += filled_leaves(octree, n.first + octant);
+    return leaves;
 }
 
 OctreeSummary summarize(const Scene& scene, const WeightedOctree& weighted) {

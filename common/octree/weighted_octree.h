@@ -55,6 +55,9 @@ Box light_extent(const Scene& scene, const Light& light);
 /// the root when there is none, as for a light that crosses the root's middle planes or lies outside.
 OctreeCell light_cell(const Octree& octree, const Box& extent);
 
+/// Leaves below a node that hold triangles: its weight without lights.
+std::uint64_t filled_leaves(const Octree& octree, std::uint32_t node);
+
 /// What `inspect --octree` shows.
 struct OctreeSummary {
     struct LightCell {

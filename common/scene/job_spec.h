@@ -27,8 +27,8 @@ struct JobSpec {
     Strategy strategy = Strategy::sets;
     std::uint32_t subspaces = 0;  ///< strategy subspaces: into how many the scene is cut; 0 is automatic
     Packing packing = Packing::automatic;
-    std::uint64_t particles_per_set = 0;  ///< 0 is automatic
-    std::uint32_t hits_per_message = 5'000;
+    std::uint64_t particles_per_set = 0;     ///< 0 is automatic
+    std::uint32_t hits_per_message = 5'000;  ///< and particles in flight
     std::string name;
     std::int32_t priority = 0;
     bool operator==(const JobSpec&) const = default;

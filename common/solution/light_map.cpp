@@ -1,5 +1,6 @@
 #include "common/solution/solution.h"
 #include "common/support/ensure.h"
+#include "common/support/huge_pages.h"
 #include "common/support/limits.h"
 
 #include <algorithm>
@@ -59,30 +60,47 @@ LightMap::LightMap(const Scene& scene, const TexelLayout& layout)
     : LightMap(surface_of_triangles(scene), scene.surfaces.size(), layout) {}
 
 LightMap::LightMap(std::vector<std::uint32_t> surface_of_triangle, std::size_t surfaces, const TexelLayout& layout)
-    : layout_(&layout),
-      surface_of_triangle_(std::move(surface_of_triangle)),
-      texels_(layout.texel_count()),
-      surfaces_(surfaces) {}
+    : layout_(&layout), surface_of_triangle_(std::move(surface_of_triangle)), surfaces_(surfaces) {
+    texels_.reserve(layout.texel_count());
+    prefer_huge_pages(texels_.data(), layout.texel_count() * sizeof(TexelSums));
+    texels_.resize(layout.texel_count());
+}
 
 void LightMap::add(const Emission& emission, std::uint32_t light, std::span<const HitRecord> records,
                    std::span<const std::uint32_t> energies) {
     ensure(energies.empty() || energies.size() == records.size(), "there is an energy for each record or none");
     const std::vector<std::uint32_t>& energy_by_bin = emission.lights[light].energy;
     const auto& ratios = xyz_ratios();
-    // In blocks: the texels of a block are asked from memory together, since most adds wait for nothing else.
-    std::array<TexelSums*, 32> texels;
-    for (std::size_t begin = 0; begin < records.size(); begin += texels.size()) {
-        const std::size_t count = std::min(texels.size(), records.size() - begin);
-        for (std::size_t i = 0; i < count; ++i) {
-            texels[i] = texels_.data() + layout_->texel_of(records[begin + i]);
-            __builtin_prefetch(texels[i], 1);
+    // In blocks, since most adds wait for memory and for nothing else: what a block needs is asked for together, and
+    // where that is one block earlier.
+    constexpr std::size_t block = 16;
+    std::array<TexelSums*, block> texels;
+    std::array<BatchSums*, block> batches;
+    // always_inline: to the compiler a function that only asks does nothing, and it drops calls of it
+    const auto ask_for_places = [&](std::size_t begin) __attribute__((always_inline)) {
+        for (std::size_t i = begin; i < std::min(begin + block, records.size()); ++i) {
+            layout_->prefetch(records[i].triangle);
+            __builtin_prefetch(&surface_of_triangle_[records[i].triangle]);
         }
+    };
+    ask_for_places(0);
+    for (std::size_t begin = 0; begin < records.size(); begin += block) {
+        ask_for_places(begin + block);
+        const std::size_t count = std::min(block, records.size() - begin);
         for (std::size_t i = 0; i < count; ++i) {
             const HitRecord& record = records[begin + i];
-            const std::uint32_t ticks = energies.empty() ? energy_by_bin[record.wavelength] : energies[begin + i];
-            const Contribution hit = contribution(ticks, ratios[record.wavelength]);
+            texels[i] = texels_.data() + layout_->texel_of(record);
+            batches[i] = &surfaces_[surface_of_triangle_[record.triangle]][record.side()][record.batch()];
+            __builtin_prefetch(texels[i], 1);
+            __builtin_prefetch(reinterpret_cast<const char*>(texels[i]) + sizeof(TexelSums) - 1, 1);
+            __builtin_prefetch(batches[i], 1);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint32_t bin = records[begin + i].wavelength;
+            const std::uint32_t ticks = energies.empty() ? energy_by_bin[bin] : energies[begin + i];
+            const Contribution hit = contribution(ticks, ratios[bin]);
             add_hit(*texels[i], hit);
-            add_hit(surfaces_[surface_of_triangle_[record.triangle]][record.side()][record.batch()], hit);
+            add_hit(*batches[i], hit);
         }
     }
 }
@@ -104,11 +122,6 @@ void LightMap::add(std::span<const Term> terms) {
 void LightMap::clear() {
     std::fill(texels_.begin(), texels_.end(), TexelSums{});
     std::fill(surfaces_.begin(), surfaces_.end(), SurfaceBatches{});
-}
-
-bool valid_record(const HitRecord& record, const Scene& scene) {
-    return record.triangle < scene.triangles.size() && record.b1 + record.b2 <= 65'536 &&
-           record.wavelength < wavelength_bins;
 }
 
 }  // namespace lumenfarm

@@ -4,6 +4,7 @@
 #include "common/scene/scene.h"
 #include "common/solution/interval_set.h"
 #include "common/solution/texel_layout.h"
+#include "common/spectrum/spectrum.h"
 #include "common/support/digest.h"
 #include "common/support/result.h"
 #include "common/transport/emission.h"
@@ -84,7 +85,10 @@ private:
 };
 
 /// True when every index of the record lies within the scene, so that adding it is safe.
-bool valid_record(const HitRecord& record, const Scene& scene);
+inline bool valid_record(const HitRecord& record, const Scene& scene) {
+    return record.triangle < scene.triangles.size() && record.b1 + record.b2 <= 65'536 &&
+           record.wavelength < wavelength_bins;
+}
 
 /// The k hits of lowest priority seen so far.
 class KeptHits {
@@ -109,7 +113,7 @@ private:
 
 struct SolutionTime {
     double total_s = 0;
-    double trace_s = 0;  ///< summed over threads
+    double trace_s = 0;  ///< processor time in the tracer, summed over threads
     std::uint32_t workers = 0;
 };
 

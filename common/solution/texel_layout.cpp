@@ -36,9 +36,6 @@ std::uint64_t texels_for(const Scene& scene, double texel_m) {
     return texels;
 }
 
-/// Rows are counted from the wide end: row i holds 2 (n - i) - 1 cells, so (n - i)^2 cells remain where it begins.
-std::uint32_t first_cell_of_row(std::uint32_t row, std::uint32_t n) { return n * n - (n - row) * (n - row); }
-
 struct CellPlace {
     std::uint32_t row, column;
     bool upper;
@@ -48,7 +45,7 @@ CellPlace place_of_cell(std::uint32_t cell, std::uint32_t n) {
     const std::uint32_t remaining = n * n - cell;
     auto left = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(remaining))));
     const std::uint32_t row = n - left;
-    const std::uint32_t in_row = cell - first_cell_of_row(row, n);
+    const std::uint32_t in_row = cell - TexelLayout::first_cell_of_row(row, n);
     return {row, in_row / 2, in_row % 2 == 1};
 }
 
@@ -91,18 +88,6 @@ Result<TexelLayout> TexelLayout::make(const Scene& scene, const JobSpec& spec) {
 double texel_in_force_m(const JobSpec& spec, const Scene& scene) {
     const Box box = bounding_box(scene);
     return texel_in_force_m(spec, box.empty() ? 0 : length(box.high - box.low));
-}
-
-std::uint32_t TexelLayout::cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n) {
-    constexpr std::uint32_t one = 1u << 17;  // barycentrics in halves of a packed step, so that centres are integers
-    const std::uint32_t u = (2 * b1 + 1) * n;
-    const std::uint32_t v = (2 * b2 + 1) * n;
-    const std::uint32_t row = u / one;
-    const std::uint32_t across = u % one + v % one;
-    // A centre that lies on the diagonal belongs to both cells: parity shares such points evenly.
-    const bool upper = across > one || (across == one && (b1 & 1u) != 0);
-    const std::uint32_t in_row = 2 * (v / one) + (upper ? 1 : 0);
-    return first_cell_of_row(row, n) + std::min(in_row, 2 * (n - row) - 2);
 }
 
 Vec2f TexelLayout::cell_centroid(std::uint32_t cell, std::uint32_t n) {

@@ -5,6 +5,7 @@
 #include "common/support/result.h"
 #include "common/transport/hit.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -32,10 +33,17 @@ public:
     std::uint64_t texel_of(const HitRecord& hit) const {
         return first_texel(hit.triangle, hit.side()) + cell_of(hit.b1, hit.b2, rows_[hit.triangle]);
     }
+    /// Asks for what texel_of() will read about the triangle. (The compiler would drop calls of it as useless.)
+    [[gnu::always_inline]] void prefetch(std::uint32_t triangle) const {
+        __builtin_prefetch(&first_[triangle]);
+        __builtin_prefetch(&rows_[triangle]);
+    }
     /// Cell in [0, n^2) of packed barycentrics, taken at the middle of their step: row i = floor(b1 n), then the pair
     /// of sub-triangles of column j = floor(b2 n): lower 2j, upper 2j + 1; row i has 2 (n - i) - 1 cells. REQUIRES: b1,
     /// b2 < 65536; 0 < n <= limits::texel_rows_max.
     static std::uint32_t cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n);
+    /// Rows are counted from the wide end: row i holds 2 (n - i) - 1 cells, so (n - i)^2 cells remain where it begins.
+    static std::uint32_t first_cell_of_row(std::uint32_t row, std::uint32_t n) { return n * n - (n - row) * (n - row); }
     /// Barycentrics (b1, b2) of the centroid of a cell.
     static Vec2f cell_centroid(std::uint32_t cell, std::uint32_t n);
     /// Whether the cell is an upper one: it is turned about its middle.
@@ -50,6 +58,18 @@ private:
     std::vector<std::uint16_t> rows_;
     std::vector<std::uint64_t> first_;  ///< one more than triangles
 };
+
+inline std::uint32_t TexelLayout::cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n) {
+    constexpr std::uint32_t one = 1u << 17;  // barycentrics in halves of a packed step, so that centres are integers
+    const std::uint32_t u = (2 * b1 + 1) * n;
+    const std::uint32_t v = (2 * b2 + 1) * n;
+    const std::uint32_t row = u / one;
+    const std::uint32_t across = u % one + v % one;
+    // A centre that lies on the diagonal belongs to both cells: parity shares such points evenly.
+    const bool upper = across > one || (across == one && (b1 & 1u) != 0);
+    const std::uint32_t in_row = 2 * (v / one) + (upper ? 1 : 0);
+    return first_cell_of_row(row, n) + std::min(in_row, 2 * (n - row) - 2);
+}
 
 /// texel_in_force_m() with the diagonal of the scene's bounding box.
 double texel_in_force_m(const JobSpec& spec, const Scene& scene);

@@ -98,6 +98,7 @@ inline constexpr std::size_t claims_per_result_max = 16'384;
 inline constexpr std::size_t staged_result_bytes_max = std::size_t{320} << 20;  ///< of one session's open result
 inline constexpr std::size_t staged_bytes_max = std::size_t{4} << 30;           ///< of all open results together
 inline constexpr std::uint32_t results_in_flight = 8;    ///< credit: results sent and not yet answered, a worker
+inline constexpr std::uint32_t results_in_flight_max = 256;
 inline constexpr std::size_t repeated_results_max = 16;  ///< that wait for one that is on its way to the disk
 inline constexpr std::uint32_t invalid_results_max = 3;  ///< then a worker is sent off
 inline constexpr std::size_t active_jobs_max = 4;        ///< with their sums in memory

@@ -10,11 +10,10 @@ Result<Segment> Segment::make(Disk& disk, const std::filesystem::path& file) {
     return Segment(std::move(*made));
 }
 
-Result<std::uint64_t> Segment::append(std::span<const std::byte> bytes) {
-    const std::uint64_t offset = bytes_;
-    if (const auto written = file_->write(offset, bytes); !written) return written.error();
-    bytes_ += bytes.size();
-    return offset;
+Result<void> Segment::append(std::span<const std::byte> bytes) {
+    auto written = file_->write(bytes_, bytes);
+    if (written) bytes_ += bytes.size();
+    return written;
 }
 
 Result<void> Segment::sync() { return file_->sync(); }

@@ -19,8 +19,9 @@ public:
     /// A new file, whose name lasts. Errors: no_space, failed.
     static Result<Segment> make(Disk& disk, const std::filesystem::path& file);
 
-    /// Gives where the bytes begin. Errors: no_space, failed.
-    Result<std::uint64_t> append(std::span<const std::byte> bytes);
+    /// Errors: no_space, failed.
+    Result<void> append(std::span<const std::byte> bytes);
+    std::uint64_t bytes() const { return bytes_; }
     /// Errors: failed.
     Result<void> sync();
     void keep() { kept_bytes_ = bytes_; }

@@ -347,6 +347,9 @@ TEST_F(BadInput, Daemons) {
              {{"--listen", "0.0.0.0:0", "--storage", "@/store"}, 2, "--allow-plaintext"},
              {{"--listen", "127.0.0.1:0", "--storage", "@/file"}, 1, "@/file"},
              {{"--listen", "127.0.0.1:0", "--storage", "@/store", "--set-seconds", "-1"}, 2, "--set-seconds"},
+             {{"--listen", "127.0.0.1:0", "--storage", "@/store", "--results-in-flight", "0"},
+              2,
+              "--results-in-flight"},
              {{"--storage", "@/store", "--sing"}, 2, "--sing"}})
         expect_refused("lumenfarm-master", bad);
     for (const Case& bad : std::vector<Case>{{{"--master", "nowhere"}, 2, "nowhere"},

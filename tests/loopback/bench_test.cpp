@@ -60,6 +60,23 @@ TEST_F(FarmBench, MeasuresEveryFarmAndEachResultIsThatOfRun) {
     EXPECT_NE(text_of("bench/bench.json").find("\"medians\""), std::string::npos);
 }
 
+TEST_F(FarmBench, CompressedResultsOfOneAtATimeAreFewerBytesAndTheSame) {
+    std::vector<std::uint64_t> bytes;
+    for (const bool compressed : {false, true}) {
+        std::vector<std::string> arguments{"bench",     "farm",    scene_,   "--workers", "1",  "--particles", "20k",
+                                           "--packing", "records", "--runs", "1",         "-o", path("bench")};
+        if (compressed) arguments.insert(arguments.end(), {"--compress", "--results-in-flight", "1"});
+        lumenfarm(arguments);
+        std::istringstream lines(text_of("bench/bench.csv"));
+        std::string line;
+        std::getline(lines, line);
+        ASSERT_TRUE(std::getline(lines, line));
+        EXPECT_EQ(fields(line).back(), digest(20'000)) << line;
+        bytes.push_back(std::stoull(fields(line)[10]));
+    }
+    EXPECT_LT(bytes[1], bytes[0]);
+}
+
 TEST_F(FarmBench, MeasuresFarmsWithRelays) {
     lumenfarm({"bench", "farm", scene_, "--workers", "1,3", "--relays", "2", "--particles", "5k", "--runs", "1", "-o",
                path("bench")});

@@ -125,10 +125,12 @@ TEST_F(CountingMaster, WhatTheStorageFindsDamaged) {
     EXPECT_EQ(master_.discarded(Discard::chunk_refused), 1u);
 }
 
-TEST_F(CountingMaster, WelcomeNamesTheTimesOfTheFarm) {
+TEST_F(CountingMaster, WelcomeNamesTheTimesOfTheFarmAndHowResultsTravel) {
     MasterPolicy patient = policy();
     patient.dead_seconds = 30;
     patient.reconnect_seconds = 120;
+    patient.results_in_flight = 3;
+    patient.compress = true;
     master_ = MasterCore(patient);
     hello(ann, worker(1));
     const auto welcome = sent<wire::Welcome>(ann);
@@ -136,6 +138,8 @@ TEST_F(CountingMaster, WelcomeNamesTheTimesOfTheFarm) {
     EXPECT_EQ(welcome->dead_seconds, 30);
     EXPECT_EQ(welcome->heartbeat_seconds, 10);
     EXPECT_EQ(welcome->reconnect_seconds, 120);
+    EXPECT_EQ(welcome->results_in_flight, 3u);
+    EXPECT_TRUE(welcome->compress);
 }
 
 }  // namespace

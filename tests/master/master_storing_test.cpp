@@ -338,9 +338,30 @@ TEST_F(MasterTest, SnapshotsAreAskedForAgainAndAgain) {
     int asked = 0;
     for (; now_s_ <= 60; now_s_ += 0.5) {
         take(master_.tick(now_s_));
-        asked += find<StoreSnapshot>().has_value();
+        const auto store = find<StoreSnapshot>();
+        if (!store) continue;
+        ++asked;
+        take(master_.on_snapshot_stored(*store, now_s_));
     }
     EXPECT_EQ(asked, 6);
+}
+
+TEST_F(MasterTest, ASnapshotThatTakesLongPutsTheNextOneOff) {
+    submit(records_job(), 1);
+    std::vector<double> asked_s;
+    std::optional<StoreSnapshot> on_its_way;
+    for (; now_s_ <= 60; now_s_ += 0.5) {
+        take(master_.tick(now_s_));
+        if (const auto store = find<StoreSnapshot>()) {
+            asked_s.push_back(now_s_);
+            on_its_way = store;
+        }
+        if (on_its_way && now_s_ == asked_s.back() + 5) {
+            take(master_.on_snapshot_stored(*on_its_way, now_s_));
+            on_its_way.reset();
+        }
+    }
+    EXPECT_EQ(asked_s, (std::vector<double>{10, 10 + 5 + 4 * 5, 60}));
 }
 
 }  // namespace

@@ -23,6 +23,12 @@ TEST(SetSizer, FixedSizeIsKept) {
 
 TEST(SetSizer, FirstSetsAreSmall) { EXPECT_EQ(next_set_size({}, {}, {plenty, 4, 1}), limits::first_set_particles); }
 
+TEST(SetSizer, FirstSetsOfALightThatShouldCostMoreAreSmaller) {
+    EXPECT_EQ(next_set_size({}, {}, {plenty, 4, 1, 2}), limits::first_set_particles / 2);
+    EXPECT_EQ(next_set_size({}, {}, {plenty, 4, 1, 0.5}), limits::first_set_particles * 2);
+    EXPECT_EQ(next_set_size({0, 2}, pace_of(300'000), {plenty, 4, 1, 2}), 600'000u) << "measured";
+}
+
 TEST(SetSizer, UntilThePaceIsKnownSetsDoubleRoundByRound) {
     Pace pace;
     std::vector<std::uint64_t> sizes;

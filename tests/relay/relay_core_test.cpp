@@ -261,6 +261,27 @@ TEST_F(Relay, SumsWaitForTheFlushAndGoAtOnceWhenNothingIsLeft) {
     EXPECT_EQ(results[0].claims, (std::vector{wire::Claim(70, 1, {0, 1'000, 2'000})})) << "neighbours are one claim";
 }
 
+TEST_F(Relay, SumsDoNotWaitLongOnceTheWorkersHaveAllThatIsHere) {
+    constexpr std::uint64_t early = limits::results_in_flight - 1;
+    join(ann, 11);
+    open_job(Packing::maps);
+    lease(70, 0, (early + 3) * 1'000);
+    const auto sets = pull(ann, early + 2);
+    ASSERT_EQ(sets.size(), early + 2);
+    for (std::uint64_t i = 0; i < early; ++i) {  // each may wait longer than the one before
+        EXPECT_EQ(deliver(ann, sets[i], i), wire::Verdict::accepted);
+        now_s_ += 3;
+        tick();
+        EXPECT_EQ(handed_up().size(), 1u);
+    }
+    EXPECT_EQ(deliver(ann, sets[early], early), wire::Verdict::accepted);
+    now_s_ += 2 * limits::first_flush_seconds;
+    tick();
+    EXPECT_TRUE(handed_up().empty()) << "there is more to give out";
+    EXPECT_EQ(pull(ann, 1).size(), 1u);
+    EXPECT_EQ(handed_up().size(), 1u);
+}
+
 TEST_F(Relay, SetsThatWorkersWereLostWithGoBackAsLost) {
     join(bob, 99'000);
     open_job();

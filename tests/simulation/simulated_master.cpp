@@ -217,7 +217,8 @@ void SimulatedMaster::commit(bool leases_too) {
 }
 
 void SimulatedMaster::carry_out(StoreSnapshot& store) {
-    slowly([this, store] { return storage_->store(store); }, [](const Result<void>&) { return Effects{}; });
+    slowly([this, store] { return storage_->store(store); },
+           [this, store](const Result<void>&) { return core_->on_snapshot_stored(store, world_.now_s()); });
 }
 
 void SimulatedMaster::carry_out(StoreRecord& store) {

@@ -244,5 +244,31 @@ TEST(ParcelReader, PartsHaveTheAskedSizeInOrderAndThenTheEnd) {
     }
 }
 
+TEST(ParcelReader, FlightsGoInPartsOfTheAskedSizeToo) {
+    Parcel parcel;
+    parcel.job = 1;
+    parcel.hits_per_message = 700;
+    parcel.flights[4].resize(1'500);
+    parcel.flights[9].resize(10);
+    std::vector<std::pair<std::uint32_t, std::size_t>> parts;
+    ParcelReader reader(parcel, 3);
+    while (const auto message = reader.next())
+        if (const auto* part = std::get_if<wire::ResultFlights>(&*message))
+            parts.emplace_back(part->subspace, part->flights.size());
+    EXPECT_EQ(parts, (std::vector<std::pair<std::uint32_t, std::size_t>>{{4, 700}, {4, 700}, {4, 100}, {9, 10}}));
+}
+
+TEST(ParcelReader, PartsAreLargerThanAskedWhereAResultWouldHaveTooMany) {
+    Parcel parcel;
+    parcel.hits_per_message = 1;
+    parcel.flights[4].resize(3 * limits::parts_per_result_max);
+    parcel.hits.push_back({0, std::vector<HitRecord>(3 * limits::parts_per_result_max), {}});
+    std::uint32_t parts = 0;
+    ParcelReader reader(parcel, 3);
+    while (reader.next()) ++parts;
+    EXPECT_LE(parts, limits::parts_per_result_max);
+    EXPECT_GT(parts, limits::parts_per_result_max / 4);
+}
+
 }  // namespace
 }  // namespace lumenfarm

@@ -294,6 +294,20 @@ TEST_F(WorkerTest, CreditBoundsWhatIsUnderWayAndASlowMasterSlowsTheSlots) {
     EXPECT_EQ(pump().size(), limits::results_in_flight);
 }
 
+TEST_F(WorkerTest, CreditIsWhatTheMasterSays) {
+    take(core_.on_connect(now_s_));
+    wire::Welcome welcome(1);
+    welcome.results_in_flight = 2;
+    hear(welcome);
+    ready();
+    for (std::uint64_t number = 1; number <= 4; ++number) {
+        hear(lease(number));
+        if (const auto start = find<StartSlot>()) finish_set(start->slot, lease(number));
+    }
+    EXPECT_EQ(core_.results_held(), 4u);
+    EXPECT_EQ(pump().size(), 2u);
+}
+
 TEST_F(WorkerTest, MapsAreHandedOverWhenLateOrIdle) {
     welcome();
     ready(Packing::maps);
