@@ -56,7 +56,7 @@ private:
 
 /// What was traced, added up as a master does.
 struct Found {
-    Found(const LoadedRun& run) : sums(run.scene, run.layout) {}
+    Found(const LoadedRun& run) : sums(run.layout) {}
     LightMap sums;
     std::vector<KeptHit> kept;
     EnergyBalance balance;

@@ -48,7 +48,7 @@ ActiveJob::ActiveJob(const JobSpec& spec, RecoveredJob recovered, double now_s, 
       ledger_(particles_by_source(*prepared_, flights_), prepared_->particles.size(), std::move(recovered.committed),
               recovered.leases, now_s, deadline_s),
       balance_(recovered.balance),
-      trace_s_(recovered.trace_s),
+      trace_cpu_s_(recovered.trace_cpu_s),
       earlier_effort_(recovered.effort),
       keep_threshold_(recovered.keep_threshold) {}
 
@@ -84,7 +84,7 @@ void ActiveJob::retract(Retracted left) {
         ledger_.retract(std::move(left.committed));
     }
     balance_ = left.balance;
-    trace_s_ = left.trace_s;
+    trace_cpu_s_ = left.trace_cpu_s;
     keep_threshold_ = left.keep_threshold;
 }
 
@@ -126,7 +126,7 @@ void ActiveJob::commit(const StagedResult& result) {
         if (claim.range.source >= lights)
             flights_.remove(claim.range.source - lights, claim.range.first, claim.range.count);
     balance_ += result.done().balance;
-    trace_s_ += result.done().cpu_seconds;
+    trace_cpu_s_ += result.done().cpu_seconds;
 }
 
 }  // namespace lumenfarm

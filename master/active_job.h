@@ -32,7 +32,7 @@ public:
     const PreparedJob& prepared() const { return *prepared_; }
     Packing packing() const { return packing_; }
     const EnergyBalance& balance() const { return balance_; }
-    double trace_s() const { return trace_s_; }
+    double trace_cpu_s() const { return trace_cpu_s_; }
     const JobEffort& earlier_effort() const { return earlier_effort_; }  ///< in earlier lives of the master
 
     /// What becomes of a result that has come whole: accepted, and its particles are taken to be stored; or refused,
@@ -66,7 +66,7 @@ private:
     FlightQueues flights_;
     Ledger ledger_;
     EnergyBalance balance_;
-    double trace_s_;
+    double trace_cpu_s_;
     JobEffort earlier_effort_;
     std::uint64_t keep_threshold_;
 };

@@ -12,7 +12,7 @@ namespace lumenfarm {
 JobSums::JobSums(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepared)
     : spec_(spec),
       prepared_(std::move(prepared)),
-      sums_(prepared_->scene, prepared_->layout),
+      sums_(prepared_->layout),
       kept_(spec_.keep_hits),
       committed_(prepared_->particles.size()),
       flights_(prepared_->sources() - prepared_->particles.size()),

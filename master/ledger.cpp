@@ -83,7 +83,7 @@ void Ledger::restore(const GivenLease& given, double now_s, double deadline_s) {
         ended_.push_back(given.lease);
         return;
     }
-    begin(given.lease, Lease{given.worker, range.source, now_s, deadline_s, 0, {}, 0, std::move(owed)});
+    begin_lease(given.lease, Lease{given.worker, range.source, now_s, deadline_s, 0, {}, 0, std::move(owed)});
 }
 
 /// What is neither leased nor has arrived.
@@ -145,14 +145,14 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
     due_s = std::max(due_s, now_s);
     ensure(count > 0 && id != 0 && !leases_.contains(id), "a lease is new and not empty");
     if (const auto lost = lost_.take(now_s, hands == Hands::empty, count)) {
-        begin(id, Lease{worker,
-                        lost->range.source,
-                        due_s,
-                        deadline_s,
-                        0,
-                        lost->lost_with,
-                        lost->retries,
-                        {interval_of(lost->range)}});
+        begin_lease(id, Lease{worker,
+                              lost->range.source,
+                              due_s,
+                              deadline_s,
+                              0,
+                              lost->lost_with,
+                              lost->retries,
+                              {interval_of(lost->range)}});
         return NewLease{lost->range, lost->alone()};
     }
     if (!source) source = next_light();
@@ -160,7 +160,7 @@ std::optional<Ledger::NewLease> Ledger::lease(LeaseId id, WorkerId worker, Hands
     Share& share = shares_[*source];
     const Interval taken = take(share, std::min(count, share.available));
     set_available(*source, share.available - (taken.end - taken.begin));
-    begin(id, Lease{worker, *source, due_s, deadline_s, 0, {}, 0, {taken}});
+    begin_lease(id, Lease{worker, *source, due_s, deadline_s, 0, {}, 0, {taken}});
     return NewLease{{*source, taken.begin, taken.end - taken.begin}};
 }
 
@@ -178,14 +178,14 @@ std::optional<Ledger::NewLease> Ledger::lease_twin(LeaseId id, WorkerId worker, 
     Lease& straggler = latest->second;
     const Interval owed = straggler.owed.front();
     straggler.twin = id;
-    begin(id, Lease{worker,
-                    straggler.source,
-                    now_s,
-                    deadline_s,
-                    latest->first,
-                    straggler.lost_with,
-                    straggler.retries,
-                    {owed}});
+    begin_lease(id, Lease{worker,
+                          straggler.source,
+                          now_s,
+                          deadline_s,
+                          latest->first,
+                          straggler.lost_with,
+                          straggler.retries,
+                          {owed}});
     return NewLease{{straggler.source, owed.begin, owed.end - owed.begin}, straggler.lost_with.size() > 1};
 }
 
@@ -336,15 +336,15 @@ void Ledger::cut(LeaseId id, const Interval& done) {
         if (done.end < piece.end) rest.push_back({done.end, piece.end});
     }
     found->second.owed = std::move(rest);
-    if (found->second.owed.empty()) end(found);
+    if (found->second.owed.empty()) end_lease(found);
 }
 
-void Ledger::begin(LeaseId id, Lease lease) {
+void Ledger::begin_lease(LeaseId id, Lease lease) {
     leases_by_worker_[lease.worker].insert(id);
     leases_.emplace(id, std::move(lease));
 }
 
-void Ledger::end(std::map<LeaseId, Lease>::iterator lease) {
+void Ledger::end_lease(std::map<LeaseId, Lease>::iterator lease) {
     if (const auto twin = leases_.find(lease->second.twin); twin != leases_.end()) twin->second.twin = 0;
     ended_.push_back(lease->first);
     const auto of_worker = leases_by_worker_.find(lease->second.worker);
@@ -369,7 +369,7 @@ void Ledger::release(LeaseId id) {
     if (found == leases_.end()) return;
     const Lease& lease = found->second;
     for (const Interval& piece : owed_alone(lease)) take_back(lease.source, piece);
-    end(found);
+    end_lease(found);
 }
 
 void Ledger::lose(LeaseId id, WorkerId worker, double now_s) {
@@ -381,7 +381,7 @@ void Ledger::lose(LeaseId id, WorkerId worker, double now_s) {
     for (const Interval& piece : owed_alone(lease))
         lost_.add({{lease.source, piece.begin, piece.end - piece.begin}, lost_with, lease.retries, 0}, now_s);
     if (const auto twin = leases_.find(lease.twin); twin != leases_.end()) twin->second.lost_with = lost_with;
-    end(found);
+    end_lease(found);
 }
 
 void Ledger::forgive(WorkerId worker, double now_s) {

@@ -192,8 +192,8 @@ private:
     IntervalSet::Interval take(Share& share, std::uint64_t count);
     void set_available(std::uint32_t source, std::uint64_t available);
     const std::set<LeaseId>& held(WorkerId worker) const;
-    void begin(LeaseId id, Lease lease);
-    void end(std::map<LeaseId, Lease>::iterator lease);
+    void begin_lease(LeaseId id, Lease lease);
+    void end_lease(std::map<LeaseId, Lease>::iterator lease);
     /// What of the lease nobody else owes.
     std::vector<IntervalSet::Interval> owed_alone(const Lease& lease) const;
     void take_back(std::uint32_t source, const IntervalSet::Interval& piece);

@@ -71,11 +71,12 @@ public:
     Effects on_admitted(const Admit& admit, const Result<std::vector<std::uint32_t>>& missing, double now_s);
     Effects on_prepared(JobId job, Result<RecoveredJob> recovered, double now_s);
     Effects on_cut_measured(const MeasureCut& measure, const Evenness& evenness, double now_s);
+    /// Whether it is there or not: the next one comes in time.
+    Effects on_snapshot_stored(const StoreSnapshot& store, double now_s);
     // Errors of the following: no_space (the same is asked for again, later). The master does not outlive others.
     /// `stored`: what became of each job that has results among the tickets.
     Effects on_results_stored(std::span<const std::uint64_t> tickets, const Result<std::map<JobId, Merged>>& stored,
                               double now_s);
-    Effects on_snapshot_stored(const StoreSnapshot& store, double now_s);
     Effects on_record_stored(const StoreRecord& store, const Result<void>& stored, double now_s);
     Effects on_put_aside(const PutAside& aside, double now_s);
     Effects on_removed(const RemoveJob& remove, const Result<void>& removed, double now_s);
@@ -165,7 +166,7 @@ private:
         bool record_waits = false;             ///< for space on the disk
         bool solution_waits = false;           ///< for space on the disk
         JobEffort effort;                      ///< storing: for the solution
-        double snapshot_s = 0;                 ///< when the last one was asked for
+        double snapshot_s = 0;                 ///< when the last one was asked for, but for that of the end
         double next_snapshot_s = 0;            ///< infinite while one is on its way to the disk
         double measured_s = 0;                 ///< when its cut was looked at
         std::uint64_t cut_at_hits = 0;         ///< how many there were when it was cut

@@ -340,7 +340,7 @@ wire::JobStatus MasterCore::counts_of(const Job& job, double now_s) const {
     }
     status.hits = job.active->balance().hits;
     status.workers = static_cast<std::uint32_t>(ledger.workers());
-    status.trace_seconds = job.active->trace_s();
+    status.trace_seconds = job.active->trace_cpu_s();
     status.elapsed_seconds = effort_of(job, now_s).elapsed_s;
     const auto [since_s, before] =
         job.committed_at.empty() ? std::pair(now_s, status.committed) : job.committed_at.front();

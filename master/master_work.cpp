@@ -297,11 +297,11 @@ bool MasterCore::give_set(Session& session, Worker& worker, const std::vector<Jo
     const std::uint64_t sets_at_once = std::max<std::uint64_t>(session.hello.threads / worker.threads_per_set, 1);
     std::optional<std::uint32_t> source = ledger.next_light();
     SetDemand demand{unleased, farm_threads, sets_at_once, 1};
-    if (const auto& costs = job->active->prepared().light_costs; source && *source < costs.size())
-        demand.light_cost = costs[*source];
+    const PreparedJob& prepared = job->active->prepared();
+    if (source && !prepared.subspaces) demand.light_cost = prepared.light_costs[*source];
     std::uint64_t size = next_set_size(policy, pace, demand);
     size = std::min(size * worker.threads_per_set, limits::particles_per_set_max);
-    if (job->active->prepared().subspaces) {
+    if (prepared.subspaces) {
         source = next_source(*job, worker);
         if (!source && !ledger.lost().ready(now_s, hands == Ledger::Hands::empty)) return false;
         size = std::min(size, particles_per_set_max(*job, session, source.value_or(none)));

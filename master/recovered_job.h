@@ -31,7 +31,7 @@ struct Merged {
 struct Retracted {
     std::vector<IntervalSet> committed;  ///< by light
     EnergyBalance balance;
-    double trace_s = 0;
+    double trace_cpu_s = 0;  ///< processor time in the tracer, summed over threads
     std::uint64_t keep_threshold = 0;
 };
 
@@ -58,7 +58,7 @@ struct RecoveredJob {
     std::vector<IntervalSet> committed;  ///< by source
     FlightQueues flights;
     EnergyBalance balance;
-    double trace_s = 0;
+    double trace_cpu_s = 0;  ///< processor time in the tracer, summed over threads
     JobEffort effort;
     std::uint64_t keep_threshold = 0;
     std::vector<GivenLease> leases;

@@ -1,5 +1,7 @@
 #include "master/serving_options.h"
 
+#include "master/master_core.h"
+
 namespace lumenfarm {
 
 MasterPolicy policy_of(const ServingOptions& options, std::uint64_t fingerprint) {

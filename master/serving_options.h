@@ -1,7 +1,6 @@
 #pragma once
 
 #include "common/support/limits.h"
-#include "master/master_core.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -9,6 +8,8 @@
 
 /// What is said to a master and to a relay alike.
 namespace lumenfarm {
+
+struct MasterPolicy;
 
 struct ServingOptions {
     std::string listen = "127.0.0.1:7420";  ///< HOST:PORT; port 0 lets the system choose

@@ -126,7 +126,7 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
     recovered.committed.insert(recovered.committed.end(), sums.ended().begin(), sums.ended().end());
     recovered.flights = sums.flights();
     recovered.balance = sums.balance();
-    recovered.trace_s = sums.time().trace_s;
+    recovered.trace_cpu_s = sums.time().trace_s;
     recovered.effort = effort;
     recovered.keep_threshold = sums.keep_threshold();
     recovered.leases = std::move(kept->leases);

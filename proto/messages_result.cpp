@@ -29,7 +29,9 @@ bool ResultFlights::valid() const {
 }
 
 bool ResultDone::valid() const {
-    if (claims.empty() || parts > limits::parts_per_result_max || trace_seconds < 0 || cpu_seconds < 0) return false;
+    const auto possible = [](double seconds) { return seconds >= 0 && seconds <= limits::result_seconds_max; };
+    if (claims.empty() || parts > limits::parts_per_result_max) return false;
+    if (!possible(trace_seconds) || !possible(cpu_seconds)) return false;
     // The sum can't overflow: claims_per_result_max * particles_per_set_max < 2^64.
     std::uint64_t particles = 0;
     for (const auto& claim : claims) {

@@ -62,8 +62,8 @@ struct Welcome {
     explicit Welcome(std::uint64_t session_) : session(session_) {}
     bool operator==(const Welcome&) const = default;
     bool valid() const {
-        return results_in_flight > 0 && results_in_flight <= limits::results_in_flight_max && heartbeat_seconds > 0 && dead_seconds > heartbeat_seconds &&
-               reconnect_seconds >= 0;
+        return results_in_flight > 0 && results_in_flight <= limits::results_in_flight_max && heartbeat_seconds > 0 &&
+               dead_seconds > heartbeat_seconds && reconnect_seconds >= 0;
     }
 
     template <class Archive>

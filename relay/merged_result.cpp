@@ -33,14 +33,14 @@ void MergedResult::add(const StagedResult& result, const std::vector<wire::Claim
             message);
     for (const wire::Claim& claim : claims) parcel_.add_claim(claim);
     parcel_.balance += result.done().balance;
-    parcel_.trace_s += result.done().trace_seconds;
-    parcel_.cpu_s += result.done().cpu_seconds;
+    parcel_.trace_s = std::min(parcel_.trace_s + result.done().trace_seconds, limits::result_seconds_max);
+    parcel_.cpu_s = std::min(parcel_.cpu_s + result.done().cpu_seconds, limits::result_seconds_max);
 }
 
 void MergedResult::add(const wire::ResultHits& part) { parcel_.add_hits(part.light, part.records, part.energies); }
 
 void MergedResult::add(const wire::ResultMap& part) {
-    if (!sums_) sums_.emplace(prepared_->scene, prepared_->layout);
+    if (!sums_) sums_.emplace(prepared_->layout);
     wire::add_map(part, sums_->texels(), sums_->surfaces());
 }
 

@@ -56,7 +56,8 @@ void RelayCore::close(Job& job) {
 void RelayCore::close_what_is_due(double now_s) {
     for (auto& [id, job] : jobs_) {
         if (!job.open || job.open->empty()) continue;
-        const bool may_be_last = farm_.ledger(id)->unleased() == 0;
+        const Ledger& ledger = *farm_.ledger(id);
+        const bool may_be_last = welcome_ && ledger.unleased() == 0 && ledger.lost().waiting_particles() == 0;
         const double wait_s = may_be_last ? std::min(job.flush_s, limits::first_flush_seconds) : job.flush_s;
         const bool late = now_s - job.open_since_s >= wait_s;
         const bool may_go = job.info.spec.packing == Packing::records && results_.size() < credit_;

@@ -26,6 +26,17 @@ Result<std::shared_ptr<const PlanContext>> make_plan_context(std::span<const std
     return std::shared_ptr<const PlanContext>(std::make_shared<PlanContext>(std::move(*plan), std::move(*emission)));
 }
 
+namespace {
+
+Result<TexelLayout> layout_of(const ScenePlan& plan) {
+    const auto& first = plan.first_triangle;
+    std::vector<std::uint32_t> surfaces;
+    for (std::uint32_t surface = 0; surface + 1 < first.size(); ++surface) surfaces.resize(first[surface + 1], surface);
+    return TexelLayout::of_rows(plan.texel_rows, surfaces, first.size() - 1);
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& info,
                                                            std::shared_ptr<const SceneContext> scene,
                                                            std::shared_ptr<const PlanContext> plan) {
@@ -36,10 +47,10 @@ Result<std::shared_ptr<const JobContext>> make_job_context(const wire::JobInfo& 
     context->scene = std::move(scene);
     context->plan = std::move(plan);
     if (info.spec.packing == Packing::maps) {
-        auto layout = context->plan ? TexelLayout::of_rows(context->plan->plan.texel_rows)
-                                    : TexelLayout::make(context->scene->scene, info.texel_m);
-        if (!layout) return layout.error();
         if (context->plan && context->plan->plan.texel_rows.empty()) return bad_input("the plan has no texels");
+        auto layout =
+            context->plan ? layout_of(context->plan->plan) : TexelLayout::make(context->scene->scene, info.texel_m);
+        if (!layout) return layout.error();
         context->layout = std::move(*layout);
     }
     return std::shared_ptr<const JobContext>(std::move(context));
@@ -64,14 +75,6 @@ JobMaker tracing_jobs(const std::string& isa, const TracerMaker& make_tracer) {
         }
         return make_job_context(info, std::move(scene), nullptr);
     };
-}
-
-LightMap JobContext::empty_map() const {
-    if (!plan) return LightMap(scene->scene, *layout);
-    const auto& first = plan->plan.first_triangle;
-    std::vector<std::uint32_t> surfaces;
-    for (std::uint32_t surface = 0; surface + 1 < first.size(); ++surface) surfaces.resize(first[surface + 1], surface);
-    return LightMap(std::move(surfaces), first.size() - 1, *layout);
 }
 
 }  // namespace lumenfarm

@@ -54,7 +54,7 @@ struct JobContext {
     const Emission& emission() const { return plan ? plan->emission : scene->tracer->emission(); }
     std::uint32_t lights() const { return static_cast<std::uint32_t>(emission().lights.size()); }
     /// REQUIRES: packing maps.
-    LightMap empty_map() const;
+    LightMap empty_map() const { return LightMap(*layout); }
 };
 
 /// Errors: bad_input (damaged scene), failed (no memory for the tracer). `isa` as in TracerScene::make.

@@ -100,6 +100,7 @@ void WorkerCore::greet(const wire::Welcome& welcome, double now_s) {
     wished_ = 0;
     leases_received_ = 0;
     credit_ = welcome.results_in_flight;
+    largest_credit_ = std::max(largest_credit_, credit_);
     // after this long the master has given the leases to others
     if (lost_s_ && now_s - *lost_s_ > welcome.reconnect_seconds) {
         count(Discard::set_outlived, queue_.size(), "the connection was away for too long");

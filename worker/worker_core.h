@@ -160,7 +160,10 @@ private:
     void begin_drain(double now_s);
     void finish_if_drained(double now_s);
     std::vector<wire::LeaseProgress> leases_held() const;
-    bool room_for_results() const { return results_.size() < slots_.size() + credit_; }
+    bool room_for_results() const {
+        return results_.size() < slots_.size() + credit_ &&
+               results_.bytes() < limits::result_bytes_in_flight + slots_.size() * limits::result_close_bytes;
+    }
     void send(wire::Message message) { effects_.push_back(Send{std::move(message)}); }
     Effects settle_and_take(double now_s);
 
@@ -181,6 +184,7 @@ private:
     std::uint32_t wished_ = 0;                          ///< what the master believes that this worker has room for
     std::uint64_t leases_received_ = 0;                 ///< in this session
     std::uint32_t credit_ = limits::results_in_flight;  ///< results that may be under way; the master's
+    std::uint32_t largest_credit_ = credit_;            ///< of all sessions
     std::optional<double> drain_by_s_;
     bool finished_ = false;
     std::uint64_t particles_merged_ = 0;

@@ -121,6 +121,15 @@ std::string curve(const LineChart::Series& series, const Axes& axes, const std::
            "/>\n" + (series.is_ideal ? "" : marks);
 }
 
+/// Of its first line. Where the curves begin low it stands above them, else below.
+double legend_top(const LineChart& chart, const Axes& axes) {
+    double highest = bottom;
+    for (const auto& series : chart.series)
+        if (!series.points.empty()) highest = std::min(highest, axes.place(series.points.front()).y);
+    const bool room_above = highest > (top + bottom) / 2;
+    return room_above ? top + 14 : bottom + 4 - 18 * static_cast<double>(chart.series.size());
+}
+
 }  // namespace
 
 std::string svg_text(const LineChart& chart) {
@@ -133,7 +142,7 @@ std::string svg_text(const LineChart& chart) {
                       text_at({18, (top + bottom) / 2}, "middle", chart.y_title,
                               " transform=\"rotate(-90 18 " + number((top + bottom) / 2) + ")\"");
     std::size_t drawn = 0;
-    double legend_y = top + 14;
+    double legend_y = legend_top(chart, axes);
     for (const auto& series : chart.series) {
         const std::string colour = series.is_ideal ? "#999" : colours[drawn++ % colours.size()];
         svg += curve(series, axes, colour);

@@ -56,11 +56,7 @@ BatchSums& BatchSums::add(const BatchSums& other, std::int64_t times) {
     return *this;
 }
 
-LightMap::LightMap(const Scene& scene, const TexelLayout& layout)
-    : LightMap(surface_of_triangles(scene), scene.surfaces.size(), layout) {}
-
-LightMap::LightMap(std::vector<std::uint32_t> surface_of_triangle, std::size_t surfaces, const TexelLayout& layout)
-    : layout_(&layout), surface_of_triangle_(std::move(surface_of_triangle)), surfaces_(surfaces) {
+LightMap::LightMap(const TexelLayout& layout) : layout_(&layout), surfaces_(layout.surfaces()) {
     texels_.reserve(layout.texel_count());
     prefer_huge_pages(texels_.data(), layout.texel_count() * sizeof(TexelSums));
     texels_.resize(layout.texel_count());
@@ -78,10 +74,8 @@ void LightMap::add(const Emission& emission, std::uint32_t light, std::span<cons
     std::array<BatchSums*, block> batches;
     // always_inline: to the compiler a function that only asks does nothing, and it drops calls of it
     const auto ask_for_places = [&](std::size_t begin) __attribute__((always_inline)) {
-        for (std::size_t i = begin; i < std::min(begin + block, records.size()); ++i) {
+        for (std::size_t i = begin; i < std::min(begin + block, records.size()); ++i)
             layout_->prefetch(records[i].triangle);
-            __builtin_prefetch(&surface_of_triangle_[records[i].triangle]);
-        }
     };
     ask_for_places(0);
     for (std::size_t begin = 0; begin < records.size(); begin += block) {
@@ -90,7 +84,7 @@ void LightMap::add(const Emission& emission, std::uint32_t light, std::span<cons
         for (std::size_t i = 0; i < count; ++i) {
             const HitRecord& record = records[begin + i];
             texels[i] = texels_.data() + layout_->texel_of(record);
-            batches[i] = &surfaces_[surface_of_triangle_[record.triangle]][record.side()][record.batch()];
+            batches[i] = &surfaces_[layout_->surface_of(record.triangle)][record.side()][record.batch()];
             __builtin_prefetch(texels[i], 1);
             __builtin_prefetch(reinterpret_cast<const char*>(texels[i]) + sizeof(TexelSums) - 1, 1);
             __builtin_prefetch(batches[i], 1);

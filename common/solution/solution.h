@@ -55,10 +55,8 @@ std::uint64_t keep_priority(const KeptHit& hit);
 /// Adds hits into dense sums. One of these is a worker's map as well as the master's solution.
 class LightMap {
 public:
-    /// REQUIRES: `layout` was made for `scene` and outlives this.
-    LightMap(const Scene& scene, const TexelLayout& layout);
-    /// `surface_of_triangle`: of the whole scene, which has so many surfaces.
-    LightMap(std::vector<std::uint32_t> surface_of_triangle, std::size_t surfaces, const TexelLayout& layout);
+    /// REQUIRES: `layout` outlives this.
+    explicit LightMap(const TexelLayout& layout);
 
     /// `energies` empty: analog, energies from `emission`. REQUIRES: records valid for the scene (valid_record).
     void add(const Emission& emission, std::uint32_t light, std::span<const HitRecord> records,
@@ -79,7 +77,6 @@ public:
 
 private:
     const TexelLayout* layout_;
-    std::vector<std::uint32_t> surface_of_triangle_;
     std::vector<TexelSums> texels_;
     std::vector<SurfaceBatches> surfaces_;
 };

@@ -66,19 +66,41 @@ Result<TexelLayout> TexelLayout::make(const Scene& scene, double texel_m) {
     rows.reserve(scene.triangles.size());
     for (std::uint32_t triangle = 0; triangle < scene.triangles.size(); ++triangle)
         rows.push_back(static_cast<std::uint16_t>(rows_for(longest_edge_m(scene, triangle), texel_m)));
-    return of_rows(std::move(rows));
+    return of_rows(rows, surface_of_triangles(scene), scene.surfaces.size());
 }
 
-Result<TexelLayout> TexelLayout::of_rows(std::vector<std::uint16_t> rows) {
-    TexelLayout layout;
-    layout.first_.reserve(rows.size() + 1);
-    layout.first_.push_back(0);
-    for (const std::uint64_t n : rows) layout.first_.push_back(layout.first_.back() + 2 * n * n);
-    layout.rows_ = std::move(rows);
-    if (layout.texel_count() > limits::texels_max)
-        return bad_input("there are " + std::to_string(layout.texel_count()) + " texels; the limit is " +
+Result<TexelLayout> TexelLayout::of_rows(const std::vector<std::uint16_t>& rows,
+                                         const std::vector<std::uint32_t>& surface_of_triangle, std::size_t surfaces) {
+    ensure(rows.size() == surface_of_triangle.size(), "each triangle is of a surface");
+    std::uint64_t texels = 0;
+    for (const std::uint64_t n : rows) texels += 2 * n * n;
+    if (texels > limits::texels_max)
+        return bad_input("there are " + std::to_string(texels) + " texels; the limit is " +
                          std::to_string(limits::texels_max));
+    TexelLayout layout;
+    layout.surfaces_ = surfaces;
+    layout.triangles_.reserve(rows.size() + 1);
+    std::uint32_t first_texel = 0;
+    for (std::size_t triangle = 0; triangle < rows.size(); ++triangle) {
+        const std::uint32_t n = rows[triangle];
+        ensure(n <= limits::texel_rows_max, "a grid is within its limit");
+        Triangle of;
+        of.first_texel = first_texel;
+        of.rows = n & 0x7ffu;
+        of.surface = surface_of_triangle[triangle] & 0x1fffffu;
+        layout.triangles_.push_back(of);
+        first_texel += 2 * n * n;
+    }
+    layout.triangles_.emplace_back();
+    layout.triangles_.back().first_texel = first_texel;
     return layout;
+}
+
+std::vector<std::uint16_t> TexelLayout::rows() const {
+    std::vector<std::uint16_t> rows;
+    for (std::size_t triangle = 0; triangle + 1 < triangles_.size(); ++triangle)
+        rows.push_back(static_cast<std::uint16_t>(triangles_[triangle].rows));
+    return rows;
 }
 
 Result<TexelLayout> TexelLayout::make(const Scene& scene, const JobSpec& spec) {
@@ -100,10 +122,11 @@ bool TexelLayout::is_upper(std::uint32_t cell, std::uint32_t n) { return place_o
 
 TexelLayout::Place TexelLayout::place_of(std::uint64_t texel) const {
     ensure(texel < texel_count(), "the texel is within the layout");
-    const auto after = std::upper_bound(first_.begin(), first_.end(), texel);
-    const auto triangle = static_cast<std::uint32_t>(after - first_.begin() - 1);
-    const auto within = static_cast<std::uint32_t>(texel - first_[triangle]);
-    const std::uint32_t cells = std::uint32_t{rows_[triangle]} * rows_[triangle];
+    const auto after = std::upper_bound(triangles_.begin(), triangles_.end(), texel,
+                                        [](std::uint64_t t, const Triangle& of) { return t < of.first_texel; });
+    const auto triangle = static_cast<std::uint32_t>(after - triangles_.begin() - 1);
+    const auto within = static_cast<std::uint32_t>(texel - triangles_[triangle].first_texel);
+    const std::uint32_t cells = rows(triangle) * rows(triangle);
     return {triangle, within / cells, within % cells};
 }
 

@@ -2,10 +2,12 @@
 
 #include "common/scene/job_spec.h"
 #include "common/scene/scene.h"
+#include "common/support/limits.h"
 #include "common/support/result.h"
 #include "common/transport/hit.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -17,27 +19,28 @@ public:
     /// n = ceil(longest edge / texel_m), at most limits::texel_rows_max. Errors: bad_input when the scene would have
     /// more than limits::texels_max texels: the sentence names a texel size that fits.
     static Result<TexelLayout> make(const Scene& scene, double texel_m);
-    /// The layout with so many rows for each triangle. Errors: bad_input (too many texels).
-    static Result<TexelLayout> of_rows(std::vector<std::uint16_t> rows);
+    /// The layout with so many rows for each triangle, of so many surfaces. Errors: bad_input (too many texels).
+    static Result<TexelLayout> of_rows(const std::vector<std::uint16_t>& rows,
+                                       const std::vector<std::uint32_t>& surface_of_triangle, std::size_t surfaces);
     /// The layout of a job: the texel size in force for the spec and the scene's bounding box.
     static Result<TexelLayout> make(const Scene& scene, const JobSpec& spec);
 
-    std::uint64_t texel_count() const { return first_.back(); }  ///< both sides together
-    std::uint32_t rows(std::uint32_t triangle) const { return rows_[triangle]; }
-    const std::vector<std::uint16_t>& rows() const { return rows_; }  ///< of each triangle
+    std::uint64_t texel_count() const { return triangles_.back().first_texel; }  ///< both sides together
+    std::uint32_t rows(std::uint32_t triangle) const { return triangles_[triangle].rows; }
+    std::vector<std::uint16_t> rows() const;  ///< of each triangle
+    std::size_t surfaces() const { return surfaces_; }
+    std::uint32_t surface_of(std::uint32_t triangle) const { return triangles_[triangle].surface; }
     /// First texel of a triangle's side; its n^2 texels follow.
     std::uint64_t first_texel(std::uint32_t triangle, std::uint32_t side) const {
-        return first_[triangle] + side * std::uint64_t{rows_[triangle]} * rows_[triangle];
+        const Triangle of = triangles_[triangle];
+        return of.first_texel + side * std::uint64_t{of.rows} * of.rows;
     }
     /// The texel of a packed hit; a pure function of the record.
     std::uint64_t texel_of(const HitRecord& hit) const {
-        return first_texel(hit.triangle, hit.side()) + cell_of(hit.b1, hit.b2, rows_[hit.triangle]);
+        return first_texel(hit.triangle, hit.side()) + cell_of(hit.b1, hit.b2, rows(hit.triangle));
     }
-    /// Asks for what texel_of() will read about the triangle. (The compiler would drop calls of it as useless.)
-    [[gnu::always_inline]] void prefetch(std::uint32_t triangle) const {
-        __builtin_prefetch(&first_[triangle]);
-        __builtin_prefetch(&rows_[triangle]);
-    }
+    /// Asks for what is known of the triangle. (The compiler would drop calls of it as useless.)
+    [[gnu::always_inline]] void prefetch(std::uint32_t triangle) const { __builtin_prefetch(&triangles_[triangle]); }
     /// Cell in [0, n^2) of packed barycentrics, taken at the middle of their step: row i = floor(b1 n), then the pair
     /// of sub-triangles of column j = floor(b2 n): lower 2j, upper 2j + 1; row i has 2 (n - i) - 1 cells. REQUIRES: b1,
     /// b2 < 65536; 0 < n <= limits::texel_rows_max.
@@ -55,8 +58,17 @@ public:
     Place place_of(std::uint64_t texel) const;
 
 private:
-    std::vector<std::uint16_t> rows_;
-    std::vector<std::uint64_t> first_;  ///< one more than triangles
+    /// In 8 bytes: most of what adding a hit waits for is memory.
+    struct Triangle {
+        std::uint32_t first_texel = 0;
+        std::uint32_t rows : 11 = 0;
+        std::uint32_t surface : 21 = 0;
+    };
+    static_assert(sizeof(Triangle) == 8 && limits::texels_max < std::uint64_t{1} << 32 &&
+                  limits::texel_rows_max < 1u << 11 && limits::surfaces_max < 1u << 21);
+
+    std::vector<Triangle> triangles_;  ///< and behind them the number of texels
+    std::size_t surfaces_ = 0;
 };
 
 inline std::uint32_t TexelLayout::cell_of(std::uint32_t b1, std::uint32_t b2, std::uint32_t n) {

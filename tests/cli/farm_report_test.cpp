@@ -56,6 +56,17 @@ TEST(FarmBenchRows, FewestWorkersCountAsPerfect) {
     EXPECT_DOUBLE_EQ(rows[2].efficiency, 1) << "other jobs are not compared";
 }
 
+TEST(FarmBenchRows, PacedWorkersAreComparedWithTheirPace) {
+    FarmRun ten = a_run(10, 500, 12), forty = a_run(40, 500, 4);
+    ten.ideal_s = 10;
+    forty.ideal_s = 2.5;
+    const auto rows = rows_of(std::vector{ten, forty});
+    ASSERT_EQ(rows.size(), 2u);
+    EXPECT_DOUBLE_EQ(rows[0].efficiency, 10.0 / 12);
+    EXPECT_DOUBLE_EQ(rows[1].efficiency, 0.625);
+    EXPECT_DOUBLE_EQ(rows[1].speed_up_total, 25);
+}
+
 TEST(FarmReport, EveryRunIsARowOfAllColumns) {
     std::istringstream lines(csv_text(six_runs));
     std::string head, line;

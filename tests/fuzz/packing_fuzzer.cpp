@@ -28,10 +28,10 @@ const Farm& farm() {
 void merge(const wire::ResultHits& part) {
     const auto absorption = part.energies.empty() ? Absorption::analog : Absorption::attenuate;
     if (!wire::valid_hits(part, farm().scene, absorption)) return;
-    LightMap map(farm().scene, farm().layout);
+    LightMap map(farm().layout);
     map.add(farm().emission, part.light, part.records, part.energies);
     // The worker's way with the same hits: every map that really is one is accepted, and merges to the same sums.
-    LightMap merged(farm().scene, farm().layout);
+    LightMap merged(farm().layout);
     for (const auto& packed : wire::pack_map({}, map.texels(), map.surfaces())) {
         ensure(wire::valid_map(packed, map.texels().size(), map.surfaces().size()), "a true map is valid");
         wire::add_map(packed, merged.texels(), merged.surfaces());
@@ -40,7 +40,7 @@ void merge(const wire::ResultHits& part) {
 }
 
 void merge(const wire::ResultMap& part) {
-    LightMap map(farm().scene, farm().layout);
+    LightMap map(farm().layout);
     if (!wire::valid_map(part, map.texels().size(), map.surfaces().size())) return;
     wire::add_map(part, map.texels(), map.surfaces());
     std::uint64_t hits = 0;

@@ -36,7 +36,7 @@ protected:
                 ++parts;
             }
         } else {
-            LightMap sums(prepared_->scene, prepared_->layout);
+            LightMap sums(prepared_->layout);
             sums.add(tracer_->emission(), range.source, hits.records, hits.energies);
             for (auto& part : wire::pack_map(wire::PartId(1, 1, 0), sums.texels(), sums.surfaces())) {
                 add(std::move(part));

@@ -33,7 +33,7 @@ inline Simulated simulate(const Scene& scene, const JobSpec& spec) {
     const Box box = bounding_box(scene);
     s.layout = std::make_unique<TexelLayout>(
         TexelLayout::make(scene, texel_in_force_m(spec, length(box.high - box.low))).value());
-    LightMap map(scene, *s.layout);
+    LightMap map(*s.layout);
     KeptHits kept(spec.keep_hits);
     s.solution.spec = spec;
     s.solution.committed.resize(scene.lights.size());

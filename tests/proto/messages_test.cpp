@@ -165,6 +165,27 @@ TEST(Messages, WhatCannotBeTrueIsRefused) {
     EXPECT_TRUE(refused(JobInfo(1, Digest(), 1, spec, 1, 1)));
 }
 
+TEST(Messages, SecondsThatCannotBeAreRefused) {
+    const auto done = [](double wall_s, double cpu_s) {
+        return ResultDone(1, 1, {Claim(1, 1, {0, 0, 150})}, 0, test::sample_balance(150), wall_s, cpu_s);
+    };
+    EXPECT_FALSE(refused(done(limits::result_seconds_max, limits::result_seconds_max)));
+    EXPECT_TRUE(refused(done(1.01 * limits::result_seconds_max, 0)));
+    EXPECT_TRUE(refused(done(0, std::numeric_limits<double>::max()))) << "two of them would be infinite";
+    EXPECT_TRUE(refused(done(0, -1)));
+}
+
+TEST(Messages, CreditThatCannotBeIsRefused) {
+    const auto welcome = [](std::uint32_t credit) {
+        Welcome says(1);
+        says.results_in_flight = credit;
+        return says;
+    };
+    EXPECT_FALSE(refused(welcome(limits::results_in_flight_max)));
+    EXPECT_TRUE(refused(welcome(limits::results_in_flight_max + 1)));
+    EXPECT_TRUE(refused(welcome(0)));
+}
+
 TEST(Messages, BalanceThatCannotBeIsRefused) {
     const auto done = [](const EnergyBalance& balance) {
         return ResultDone(1, 1, {Claim(1, 1, {0, 0, 150})}, 0, balance, 0, 0);

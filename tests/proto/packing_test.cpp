@@ -47,7 +47,7 @@ protected:
         EXPECT_TRUE(message.has_value());
         return std::get<Part>(std::move(*message));
     }
-    LightMap empty_map() const { return {scene_, layout_}; }
+    LightMap empty_map() const { return LightMap(layout_); }
     void add_records(LightMap& map, const std::vector<ResultHits>& parts, Absorption absorption) const {
         for (const auto& sent : parts) {
             const auto part = travelled(sent);

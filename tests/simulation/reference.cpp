@@ -14,7 +14,7 @@ Solution reference_solution(const JobSpec& spec, const std::vector<IntervalSet>&
     const auto tracer = spec.strategy == Strategy::subspaces
                             ? std::move(TracerScene::make(prepared->scene).value())
                             : std::unique_ptr<TracerScene>(std::make_unique<FakeTracer>(prepared->scene));
-    LightMap sums(prepared->scene, prepared->layout);
+    LightMap sums(prepared->layout);
     KeptHits kept(spec.keep_hits);
     Solution solution;
     solution.scene = scene_digest(bytes);

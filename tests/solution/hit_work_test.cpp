@@ -30,7 +30,7 @@ TEST(HitWork, LiesWhereTheHitsAre) {
     scene.positions = {{0, 0, 0}, {3, 0, 0}, {0, 2, 1}};
     scene.triangles = {{0, 1, 2}};
     scene.surfaces.push_back({"tilted", "tilted", 0, 1, 0});
-    const TexelLayout layout = TexelLayout::of_rows({5}).value();
+    const TexelLayout layout = TexelLayout::of_rows({5}, {0}, 1).value();
     std::mt19937 random(3);
     for (int i = 0; i < 2'000; ++i) {
         HitRecord hit;

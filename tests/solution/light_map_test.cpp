@@ -28,7 +28,7 @@ TEST(LightMap, AHitAddsItsEnergyToItsTexelAndBatch) {
     hit.wavelength = 1'750;  // 555 nm
     hit.flags = hit_flags(3, 17, 1);
     const std::vector<std::uint32_t> energies{100'000};
-    LightMap map(run.scene, run.layout);
+    LightMap map(run.layout);
     map.add(run.emission, 0, std::vector{hit}, energies);
 
     const auto ratio = xyz_ratios()[1'750].xyz;
@@ -55,7 +55,7 @@ TEST(LightMap, NeitherOrderNorPackingChangesABit) {
     const Digest expected = solution_digest(run.solution);
 
     std::shuffle(records.begin(), records.end(), std::mt19937_64(2));
-    LightMap whole(run.scene, run.layout), part(run.scene, run.layout);
+    LightMap whole(run.layout), part(run.layout);
     KeptHits kept(run.solution.spec.keep_hits);
     for (std::size_t begin = 0; begin < records.size(); begin += 777) {
         const std::span<const HitRecord> some(records.data() + begin,

@@ -57,7 +57,7 @@ inline HitRecord random_record(std::mt19937_64& random, const Scene& scene) {
 
 /// Puts the hits into a run as one light's, analog.
 inline void fill(LoadedRun& run, const std::vector<HitRecord>& records) {
-    LightMap map(run.scene, run.layout);
+    LightMap map(run.layout);
     map.add(run.emission, 0, records, {});
     KeptHits kept(run.solution.spec.keep_hits);
     for (const HitRecord& record : records) kept.offer({record, 0, run.emission.lights[0].energy[record.wavelength]});

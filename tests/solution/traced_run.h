@@ -16,7 +16,7 @@ inline LoadedRun traced_run(const Scene& scene, const JobSpec& spec) {
     auto tracer = TracerScene::make(scene);
     ensure(tracer.has_value(), "the scene can be traced");
     LoadedRun run{scene, scene_digest(encode_scene(scene)), (*tracer)->emission(), *TexelLayout::make(scene, spec), {}};
-    LightMap map(scene, run.layout);
+    LightMap map(run.layout);
     KeptHits kept(spec.keep_hits);
     Solution& solution = run.solution;
     solution.scene = run.scene_name;

@@ -71,7 +71,7 @@ TEST(TraceSlot, MapsGatherSetsAndEqualTheSumOfTheirRecords) {
     finish(slot);
     const Parcel parcel = *slot.advance(SlotAsk::close)->result;
     EXPECT_EQ(parcel.claims.size(), 2u);
-    LightMap expected(maps->scene->scene, *maps->layout);
+    LightMap expected(*maps->layout);
     TracedHits hits;
     maps->scene->tracer->trace(maps->spec, {0, 0, 3'000}, hits);
     maps->scene->tracer->trace(maps->spec, {0, 7'000, 2'000}, hits);

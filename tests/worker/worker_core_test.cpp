@@ -300,12 +300,17 @@ TEST_F(WorkerTest, CreditIsWhatTheMasterSays) {
     welcome.results_in_flight = 2;
     hear(welcome);
     ready();
-    for (std::uint64_t number = 1; number <= 4; ++number) {
+    for (std::uint64_t number = 1; number <= 6; ++number) {
         hear(lease(number));
         if (const auto start = find<StartSlot>()) finish_set(start->slot, lease(number));
     }
-    EXPECT_EQ(core_.results_held(), 4u);
+    EXPECT_EQ(core_.results_held(), 4u) << "two slots, and two under way";
     EXPECT_EQ(pump().size(), 2u);
+    take(core_.on_disconnect({}, now_s_));
+    take(core_.on_connect(now_s_));
+    welcome.results_in_flight = 1;
+    hear(welcome);
+    EXPECT_EQ(core_.contradiction(), std::nullopt);
 }
 
 TEST_F(WorkerTest, MapsAreHandedOverWhenLateOrIdle) {
