@@ -90,7 +90,8 @@ struct StoreLeases {
     std::vector<LeaseId> ended;
 };
 
-/// Write what the job has as one solution, when that makes the next start quicker. No answer.
+/// Write what the job has as one solution, when so much came since the last time that it pays. Answer:
+/// on_snapshot_stored.
 struct StoreSnapshot {
     JobId job = 0;
     JobEffort effort;

@@ -1,7 +1,6 @@
 #include "master/job_log.h"
 
 #include "common/scene/scene_file.h"
-#include "common/solution/solution_file.h"
 #include "master/result_bytes.h"
 #include "master/snapshot_file.h"
 
@@ -32,17 +31,16 @@ private:
 
 }  // namespace
 
-JobLog::JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job,
+JobLog::JobLog(Disk& disk, std::filesystem::path folder, const SnapshotRule& rule, const JobRecord& job,
                std::shared_ptr<const PreparedJob> prepared)
     : disk_(disk),
       folder_(std::move(folder)),
+      rule_(rule),
       job_(job.id()),
       spec_(job.spec),
       scene_(job.status.scene),
       keeps_results_(job.audited),
-      sums_(spec_, std::move(prepared)) {
-    if (sums_.prepared().subspaces) cut_ = sums_.prepared().subspaces->partition();
-}
+      prepared_(std::move(prepared)) {}
 
 std::filesystem::path JobLog::path(std::uint64_t segment) const {
     return folder_ / (std::to_string(job_) + "-" + std::to_string(segment));
@@ -64,8 +62,9 @@ Result<void> JobLog::find_segments() {
 
 Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kept, const FileStore& files) {
     if (const auto found = find_segments(); !found) return found.error();
-    sums_ = JobSums(spec_, sums_.prepared_job());
-    if (sums_.prepared().subspaces) cut_ = sums_.prepared().subspaces->partition();
+    sums_.reset();  // before others are made: they may be the most of what the master has in memory
+    sums_.emplace(spec_, prepared_);
+    if (prepared_->subspaces) cut_ = prepared_->subspaces->partition();
     snapshot_.reset();
     cut_short_ = false;
     const auto is_cut_short = [&](const std::vector<std::string>& damages) {
@@ -100,19 +99,19 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
 Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore& files) {
     const auto bytes = files.read(snapshot.file);
     if (!bytes) return bytes.error();
-    auto read = decode_snapshot(*bytes, sums_.prepared(), scene_);
+    auto read = decode_snapshot(*bytes, *prepared_, scene_);
     if (!read) return read.error();
     const JobSpec& its = read->solution.spec;
     if (!same_but_for_particles(its, spec_) || its.particles > spec_.particles)
         return bad_input("it is of another job");
-    sums_.restore(std::move(read->solution), std::move(read->flights), std::move(read->ended));
+    sums_->restore(std::move(read->solution), std::move(read->flights), std::move(read->ended));
     if (!read->cut.nodes().empty()) cut_ = std::move(read->cut);
     snapshot_ = snapshot.file;
     return {};
 }
 
 void JobLog::cut_by(Partition cut) {
-    sums_.file_by(cut);
+    sums_->file_by(cut);
     cut_ = std::move(cut);
 }
 
@@ -121,10 +120,10 @@ Result<void> JobLog::recover_result(const StoredResult& stored) {
     if (!bytes) return bytes.error();
     if (XXH3_64bits(bytes->data(), bytes->size()) != stored.checksum)
         return bad_input("'" + path(stored.segment).string() + "' is damaged at byte " + std::to_string(stored.offset));
-    const auto result = decode_result(*bytes, job_, spec_, sums_.prepared());
+    const auto result = decode_result(*bytes, job_, spec_, *prepared_);
     if (!result) return result.error();
-    if (!sums_.fits(*result)) return bad_input("its particles were merged already");
-    sums_.merge(*result);
+    if (!sums_->fits(*result)) return bad_input("its particles were merged already");
+    sums_->merge(*result);
     ++kept_results_;
     kept_bytes_ += stored.bytes;
     return {};
@@ -165,21 +164,17 @@ Result<void> JobLog::undo() {
     return segment_ ? segment_->undo() : Result<void>();
 }
 
-JobLog::Encoded JobLog::solution(const JobEffort& effort) {
-    Solution solution = sums_.take(scene_);
+EncodedSolution JobLog::solution(const JobEffort& effort) {
+    Solution solution = sums_->take(scene_);
     solution.time.total_s = effort.elapsed_s;
     solution.time.workers = effort.workers;
-    Encoded encoded{encode_solution(solution), solution_digest(solution)};
-    sums_.restore(std::move(solution));
+    EncodedSolution encoded = encode_solution(solution);
+    sums_->restore(std::move(solution));
     return encoded;
 }
 
 std::vector<std::byte> JobLog::snapshot_bytes(const JobEffort& effort) {
-    return encode_snapshot(solution(effort).bytes, cut_, sums_.flights(), sums_.ended());
-}
-
-bool JobLog::snapshot_pays() const {
-    return kept_results_ > limits::results_per_snapshot_max || (kept_results_ > 0 && kept_bytes_ >= sums_.bytes());
+    return encode_snapshot(solution(effort).bytes, cut_, sums_->flights(), sums_->ended());
 }
 
 Result<void> JobLog::begin_after(const Digest& snapshot) {

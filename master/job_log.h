@@ -1,14 +1,18 @@
 #pragma once
 
+#include "common/solution/solution_file.h"
+#include "common/support/limits.h"
 #include "master/disk/file_store.h"
 #include "master/disk/segment.h"
 #include "master/job_store.h"
 #include "master/job_sums.h"
 #include "master/recovered_job.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,10 +22,24 @@
 /// life of the master begins a segment of its own and never writes into an older one.
 namespace lumenfarm {
 
+/// When results are worth a snapshot: reading them again must take much longer than reading one. It is done after a
+/// crash only, while each snapshot holds up the results that come meanwhile.
+struct SnapshotRule {
+    std::uint64_t results_max = limits::results_per_snapshot_max;
+    std::uint64_t times_sums = limits::snapshot_times_sums;  ///< the bytes of results over those of the job's sums
+    std::uint64_t bytes_beside_sums = limits::snapshot_bytes_beside_sums;  ///< or so many more than those
+
+    bool pays(std::uint64_t results, std::uint64_t bytes, std::uint64_t sum_bytes) const {
+        return results > results_max ||
+               (results > 0 && bytes >= std::min(times_sums * sum_bytes, sum_bytes + bytes_beside_sums));
+    }
+};
+
 class JobLog {
 public:
-    /// REQUIRES: the folder is there; `disk` outlives this.
-    JobLog(Disk& disk, std::filesystem::path folder, const JobRecord& job, std::shared_ptr<const PreparedJob> prepared);
+    /// REQUIRES: the folder is there; `disk` outlives this; recover() is called before all else.
+    JobLog(Disk& disk, std::filesystem::path folder, const SnapshotRule& rule, const JobRecord& job,
+           std::shared_ptr<const PreparedJob> prepared);
 
     /// Adds up what was kept, by earlier lives or this one. What is damaged is left out, so that its particles are
     /// traced again; a sentence for each. With subspaces so is all that came after it, since flights are numbered as
@@ -34,20 +52,16 @@ public:
     Result<void> sync();
     void keep();
     /// As JobSums::merge.
-    std::vector<FlightQueues::Filed> merge(const StagedResult& result) { return sums_.merge(result); }
+    std::vector<FlightQueues::Filed> merge(const StagedResult& result) { return sums_->merge(result); }
     Result<void> undo();
 
     /// What was merged, as a solution.
-    struct Encoded {
-        std::vector<std::byte> bytes;
-        Digest digest;  ///< of the result
-    };
-    Encoded solution(const JobEffort& effort);
+    EncodedSolution solution(const JobEffort& effort);
     /// That, and what is in flight: what recover() reads again.
     std::vector<std::byte> snapshot_bytes(const JobEffort& effort);
 
-    /// True when what came since the last snapshot takes longer to read again than a snapshot would.
-    bool snapshot_pays() const;
+    /// Of what came since the last one.
+    bool snapshot_pays() const { return rule_.pays(kept_results_, kept_bytes_, sums_->bytes()); }
     /// True when results came since the last snapshot.
     bool has_news() const { return kept_results_ > 0; }
     std::uint64_t next_result() const { return next_result_; }
@@ -59,7 +73,7 @@ public:
     /// Errors: failed.
     Result<void> remove_segments();
 
-    const JobSums& sums() const { return sums_; }
+    const JobSums& sums() const { return *sums_; }
     /// What flights are filed by; empty without subspaces.
     const Partition& cut() const { return cut_; }
     /// Files them anew. Does not last before a snapshot does. REQUIRES: as many subspaces.
@@ -76,11 +90,13 @@ private:
 
     Disk& disk_;
     std::filesystem::path folder_;
+    SnapshotRule rule_;
     JobId job_;
     JobSpec spec_;
     Digest scene_;
     bool keeps_results_;
-    JobSums sums_;
+    std::shared_ptr<const PreparedJob> prepared_;
+    std::optional<JobSums> sums_;  ///< from recover() on
     Partition cut_;
     std::optional<Segment> segment_;    ///< of this life, since the last snapshot
     std::set<std::uint64_t> segments_;  ///< on the disk

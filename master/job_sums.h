@@ -34,7 +34,6 @@ public:
 
     const LightMap& sums() const { return sums_; }
     const PreparedJob& prepared() const { return *prepared_; }
-    const std::shared_ptr<const PreparedJob>& prepared_job() const { return prepared_; }
     const std::vector<IntervalSet>& committed() const { return committed_; }  ///< by light
     const FlightQueues& flights() const { return flights_; }
     const std::vector<IntervalSet>& ended() const { return ended_; }  ///< flights, by subspace

@@ -255,9 +255,9 @@ void MasterServer::Running::commit(bool leases_too) {
 
 void MasterServer::Running::carry_out(StoreSnapshot store) {
     slowly([this, store] { return storage_->store(store); },
-           [this, store](const Result<void>& stored) {
+           [this, store](const Result<bool>& stored) {
                if (!stored) spdlog::warn("no snapshot of job {}: {}", store.job, stored.error().sentence);
-               if (stored && store.last) spdlog::info("a snapshot of job {} is kept", store.job);
+               if (stored && *stored && store.last) spdlog::info("a snapshot of job {} is kept", store.job);
                carry_out(core_.on_snapshot_stored(store, now_s()));
            });
 }

@@ -9,14 +9,19 @@
 
 namespace lumenfarm {
 
-Storage::Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs)
-    : disk_(disk), segments_(folder / "segments"), files_(disk, folder / "files"), jobs_(std::move(jobs)) {}
+Storage::Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs, const SnapshotRule& rule)
+    : disk_(disk),
+      segments_(folder / "segments"),
+      files_(disk, folder / "files"),
+      jobs_(std::move(jobs)),
+      rule_(rule) {}
 
-Result<std::unique_ptr<Storage>> Storage::open(Disk& disk, const std::filesystem::path& folder, const char* vfs) {
+Result<std::unique_ptr<Storage>> Storage::open(Disk& disk, const std::filesystem::path& folder, const char* vfs,
+                                               const SnapshotRule& rule) {
     if (const auto made = disk.make_folder(folder / "segments"); !made) return made.error();
     auto jobs = JobStore::open(folder / "jobs.sqlite", vfs);
     if (!jobs) return jobs.error();
-    std::unique_ptr<Storage> storage(new Storage(disk, folder, std::move(*jobs)));
+    std::unique_ptr<Storage> storage(new Storage(disk, folder, std::move(*jobs), rule));
     if (const auto opened = storage->files_.open(); !opened) return opened.error();
     return storage;
 }
@@ -99,7 +104,7 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
     if (!ready) return ready.error();
     auto kept = watched(jobs_.unfinished(job.id()));
     if (!kept) return kept.error();
-    JobLog& log = logs_.try_emplace(job.id(), disk_, segments_, job, *ready).first->second;
+    JobLog& log = logs_.try_emplace(job.id(), disk_, segments_, rule_, job, *ready).first->second;
     auto damages = log.recover(*kept, files_);
     if (!damages) {
         // what can't be read holds back this job, not the others
@@ -236,13 +241,14 @@ Result<void> Storage::finish(const JobRecord& record) {
     return end_log(log);
 }
 
-Result<void> Storage::store(const StoreSnapshot& effect) {
+Result<bool> Storage::store(const StoreSnapshot& effect) {
     if (broken_) return *broken_;
     const auto found = logs_.find(effect.job);
-    if (found == logs_.end()) return {};
+    if (found == logs_.end()) return false;
     JobLog& log = found->second;
-    if (!(effect.last ? log.has_news() : log.snapshot_pays())) return {};
-    return snapshot(log, effect.job, effect.effort);
+    if (!(effect.last ? log.has_news() : log.snapshot_pays())) return false;
+    if (const auto stored = snapshot(log, effect.job, effect.effort); !stored) return stored.error();
+    return true;
 }
 
 Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort, bool end_leases) {
@@ -297,7 +303,7 @@ Result<JobRecord> Storage::store(const StoreSolution& effect) {
     const auto found = logs_.find(effect.record.id());
     ensure(found != logs_.end(), "a job that ends has run");
     JobLog& log = found->second;
-    const JobLog::Encoded solution = log.solution(effect.effort);
+    const EncodedSolution solution = log.solution(effect.effort);
     const auto file = watched(files_.put(solution.bytes));
     if (!file) return file.error();
     JobRecord record = effect.record;

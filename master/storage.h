@@ -24,7 +24,7 @@ class Storage {
 public:
     /// FOLDER/files, FOLDER/segments, FOLDER/jobs.sqlite. The disk must stay. `vfs`: as Database::open().
     static Result<std::unique_ptr<Storage>> open(Disk& disk, const std::filesystem::path& folder,
-                                                 const char* vfs = nullptr);
+                                                 const char* vfs = nullptr, const SnapshotRule& rule = {});
 
     /// The jobs of earlier lives, and what begins with this one. To be called once, first. Removes what no job needs.
     struct Start {
@@ -50,7 +50,8 @@ public:
     Result<void> put_aside(const PutAside& aside);
     Result<void> remove(const RemoveJob& remove);
     Result<Retracted> retract(const Retract& retract);
-    Result<void> store(const StoreSnapshot& snapshot);
+    /// Whether one was worth its writing.
+    Result<bool> store(const StoreSnapshot& snapshot);
     /// The record as it was stored.
     Result<JobRecord> store(const StoreSolution& solution);
     /// Errors also: bad_input, as FileStore::put_chunk().
@@ -66,7 +67,7 @@ public:
     const std::optional<Error>& broken() const { return broken_; }
 
 private:
-    Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs);
+    Storage(Disk& disk, const std::filesystem::path& folder, JobStore jobs, const SnapshotRule& rule);
     Result<void> sweep(const Start& start);
     Result<void> finish(const JobRecord& record);
     /// `end_leases`: what is in flight has other numbers than when they were given.
@@ -85,6 +86,7 @@ private:
     std::filesystem::path segments_;
     FileStore files_;
     JobStore jobs_;
+    SnapshotRule rule_;
     std::map<JobId, JobLog> logs_;
     std::map<JobId, WorkerFiles> worker_files_;
     std::optional<Error> broken_;

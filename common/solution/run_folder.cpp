@@ -49,7 +49,7 @@ Result<void> save_run(const std::filesystem::path& folder, std::span<const std::
                       const Solution& solution) {
     if (const auto made = make_folder(folder); !made) return made.error();
     if (const auto written = write_file(folder / scene_file_name, scene_bytes); !written) return written.error();
-    return write_file(folder / solution_file_name, encode_solution(solution));
+    return write_file(folder / solution_file_name, encode_solution(solution).bytes);
 }
 
 }  // namespace lumenfarm

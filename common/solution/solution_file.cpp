@@ -7,6 +7,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -146,8 +147,13 @@ std::optional<Solution> decode_head(std::span<const std::byte> bytes) {
 // ---- columns: fields of like meaning beside each other compress better than records
 
 template <class T, class Field>
-void write_column(ByteWriter& out, const std::vector<T>& rows, Field T::*field) {
-    for (const T& row : rows) out.value(row.*field);
+void give_column(const std::vector<T>& rows, Field T::*field, const TakePiece& take) {
+    std::array<Field, 4'096> piece;
+    for (std::size_t begin = 0; begin < rows.size(); begin += piece.size()) {
+        const auto some = std::span(rows).subspan(begin, std::min(piece.size(), rows.size() - begin));
+        std::ranges::transform(some, piece.begin(), field);
+        take(std::as_bytes(std::span(piece).first(some.size())));
+    }
 }
 
 template <class T, class Field>
@@ -155,15 +161,15 @@ void read_column(ByteReader& in, std::vector<T>& rows, Field T::*field) {
     for (T& row : rows) row.*field = in.value<Field>();
 }
 
-std::vector<std::byte> encode_texels(const std::vector<TexelSums>& texels) {
-    ByteWriter out;
-    write_column(out, texels, &TexelSums::radiant);
-    write_column(out, texels, &TexelSums::x);
-    write_column(out, texels, &TexelSums::y);
-    write_column(out, texels, &TexelSums::z);
-    write_column(out, texels, &TexelSums::y_squared);
-    write_column(out, texels, &TexelSums::hits);
-    return out.take();
+void write_texels(ByteWriter& out, const std::vector<TexelSums>& texels) {
+    write_block(out, texels.size() * sizeof(TexelSums), [&](const TakePiece& take) {
+        give_column(texels, &TexelSums::radiant, take);
+        give_column(texels, &TexelSums::x, take);
+        give_column(texels, &TexelSums::y, take);
+        give_column(texels, &TexelSums::z, take);
+        give_column(texels, &TexelSums::y_squared, take);
+        give_column(texels, &TexelSums::hits, take);
+    });
 }
 
 /// REQUIRES: bytes.size() == count * sizeof(TexelSums).
@@ -334,17 +340,18 @@ Result<void> check_head(const Solution& solution, const Scene& scene, const Dige
 
 }  // namespace
 
-std::vector<std::byte> encode_solution(const Solution& solution) {
+EncodedSolution encode_solution(const Solution& solution) {
     ByteWriter out;
     out.value(magic);
     out.value(version);
     write_block(out, encode_head(solution));
-    write_block(out, encode_texels(solution.texels));
+    write_texels(out, solution.texels);
     write_block(out, std::as_bytes(std::span(solution.surfaces)));
     write_block(out, std::as_bytes(std::span(solution.kept)));
-    write_digest(out, solution_digest(solution));
+    const Digest digest = solution_digest(solution);
+    write_digest(out, digest);
     out.value(checksum(out.bytes()));
-    return out.take();
+    return {out.take(), digest};
 }
 
 Result<Solution> decode_solution(std::span<const std::byte> bytes, const Scene& scene, const Digest& scene_name) {

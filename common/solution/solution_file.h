@@ -12,7 +12,11 @@
 /// The bytes of solution.lfs (docs/solution_file.md). Little-endian; readable only beside its scene.
 namespace lumenfarm {
 
-std::vector<std::byte> encode_solution(const Solution& solution);
+struct EncodedSolution {
+    std::vector<std::byte> bytes;
+    Digest digest;  ///< solution_digest()
+};
+EncodedSolution encode_solution(const Solution& solution);
 
 /// Reads foreign bytes: everything that solution.h says of the fields is checked against the scene, and memory taken is
 /// bounded by what the scene and the job allow. REQUIRES: validate(scene) succeeds; `scene_name` is its digest.

@@ -35,9 +35,14 @@ public:
     template <PlainBlock T>
     void block(std::span<const T> elements) {
         value(static_cast<std::uint64_t>(elements.size()));
-        const auto bytes = std::as_bytes(elements);
-        bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+        raw(std::as_bytes(elements));
     }
+    /// As they are, with no count before them.
+    void raw(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
+    /// In place of what was written there. REQUIRES: it lies within bytes().
+    template <class T>
+    requires std::is_arithmetic_v<T>
+    void replace(std::size_t position, T v) { std::memcpy(bytes_.data() + position, &v, sizeof v); }
     const std::vector<std::byte>& bytes() const { return bytes_; }
     std::vector<std::byte> take() { return std::move(bytes_); }
 

@@ -114,8 +114,12 @@ inline constexpr std::uint32_t leases_per_worker_max = 4 * threads_per_worker_ma
 inline constexpr std::size_t sessions_max = 4'096;
 inline constexpr std::size_t jobs_max = 4'096;  ///< kept by one master, finished ones included
 inline constexpr std::size_t job_record_bytes_max = 64u << 10;
-inline constexpr std::uint64_t results_per_snapshot_max = 10'000;  ///< then what a job has is written as one solution
-inline constexpr double disk_retry_seconds = 5;                    ///< after the disk was full
+// A job's results are written as one solution when they are more than this, have so many times the bytes of the job's
+// sums, or so many bytes more.
+inline constexpr std::uint64_t results_per_snapshot_max = 10'000;
+inline constexpr std::uint64_t snapshot_times_sums = 8;
+inline constexpr std::uint64_t snapshot_bytes_beside_sums = std::uint64_t{1} << 30;
+inline constexpr double disk_retry_seconds = 5;         ///< after the disk was full
 inline constexpr double restart_seconds = 45;           ///< leases wait this long for their workers after a restart
 inline constexpr std::size_t chunks_in_flight = 4;      ///< of one scene on its way to one worker
 inline constexpr std::uint32_t chunk_attempts_max = 3;  ///< of a chunk that comes damaged

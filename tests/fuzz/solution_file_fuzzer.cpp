@@ -41,14 +41,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
                "a refusal says why");
         return 0;
     }
-    const auto again = decode_solution(encode_solution(*solution), scene(), scene_name());
+    const auto again = decode_solution(encode_solution(*solution).bytes, scene(), scene_name());
     ensure(again.has_value() && solution_digest(*again) == solution_digest(*solution), "a solution survives a round");
     return 0;
 }
 
 std::vector<std::vector<std::byte>> lumenfarm::test::corpus_seeds() {
     auto solution = empty_solution();
-    std::vector<std::vector<std::byte>> seeds = {encode_solution(solution)};
+    std::vector<std::vector<std::byte>> seeds = {encode_solution(solution).bytes};
     solution.spec.keep_hits = 4;
     solution.kept = {{{1, 2, 3, 4, 5, 6, 7}, 0, 65'536}};
     solution.texels[1] = {65'536, 60'000, 50'000, 40'000, 9'765'625, 1};
@@ -57,6 +57,6 @@ std::vector<std::vector<std::byte>> lumenfarm::test::corpus_seeds() {
     solution.balance.particles = 64;
     solution.balance.hits = 1;
     solution.balance.emitted = solution.balance.emitted_by_batch[0] = solution.balance.escaped = 64 * 65'536;
-    seeds.push_back(encode_solution(solution));
+    seeds.push_back(encode_solution(solution).bytes);
     return seeds;
 }

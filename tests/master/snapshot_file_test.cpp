@@ -2,6 +2,7 @@
 
 #include "common/scene/scene_file.h"
 #include "common/solution/solution_file.h"
+#include "master/job_log.h"
 #include "tests/simulation/small_scene.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ protected:
         const std::size_t subspaces = prepared_->sources() - prepared_->particles.size();
         flights_ = FlightQueues(subspaces);
         ended_.resize(subspaces);
-        solution_ = encode_solution(JobSums(spec, prepared_).take(scene_));
+        solution_ = encode_solution(JobSums(spec, prepared_).take(scene_)).bytes;
         for (std::uint32_t i = 0; i < 3; ++i) flights_.file(2, FlightQueues::Flights(10, flight(i)));
         EXPECT_TRUE(ended_[2].insert(5, 15));
         flights_.remove(2, 5, 10);
@@ -86,6 +87,17 @@ TEST_F(SnapshotFile, DamagedBytesAreRefused) {
         bad[at] ^= std::byte{4};
         EXPECT_FALSE(read(bad)) << at;
     }
+}
+
+TEST(SnapshotRule, ASnapshotPaysWhenMuchCameSinceTheLast) {
+    const SnapshotRule rule{.results_max = 100, .times_sums = 8, .bytes_beside_sums = 1'000'000};
+    EXPECT_FALSE(rule.pays(0, 0, 0)) << "nothing came";
+    EXPECT_TRUE(rule.pays(1, 0, 0));
+    EXPECT_FALSE(rule.pays(100, 7'999, 1'000));
+    EXPECT_TRUE(rule.pays(100, 8'000, 1'000));
+    EXPECT_FALSE(rule.pays(1, 10'999'999, 10'000'000)) << "of large sums not many times as much";
+    EXPECT_TRUE(rule.pays(1, 11'000'000, 10'000'000));
+    EXPECT_TRUE(rule.pays(101, 1, 10'000'000)) << "many results are many rows";
 }
 
 }  // namespace

@@ -85,6 +85,7 @@ public:
     std::uint64_t recuts() const { return checks_.recuts(); }
     const History& history() const { return world_.history; }
     std::uint64_t power_cuts() const { return master_->lives() - 1; }
+    std::uint64_t snapshots() const { return master_->snapshots(); }
     double now_s() const { return world_.now_s(); }
     std::size_t workers_finished() const;
 

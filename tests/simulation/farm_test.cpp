@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 namespace lumenfarm::testing {
 namespace {
 
@@ -111,6 +113,7 @@ TEST(Farm, DroppedConnectionsAndCrashedWorkersChangeNoBit) {
 
 TEST(Farm, PowerCutsOfTheMasterLoseNothingThatWasAcknowledged) {
     std::uint64_t cuts = 0;
+    std::map<Packing, std::uint64_t> snapshots;
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
         SCOPED_TRACE(seed);
         const JobSpec spec = small_job(seed);
@@ -120,12 +123,15 @@ TEST(Farm, PowerCutsOfTheMasterLoseNothingThatWasAcknowledged) {
         options.seconds_between_power_cuts = 2 + static_cast<double>(seed % 8);
         options.seconds_between_drops = seed % 3 == 0 ? 3 : 0;
         options.seconds_between_crashes = seed % 5 == 0 ? 5 : 0;
-        options.master.checkpoint_seconds = seed % 2 == 0 ? 0.5 : 10;
+        options.master.checkpoint_seconds = seed % 4 < 2 ? 0.5 : 10;
         Farm farm(spec, options);
         expect_done(farm);
         cuts += farm.power_cuts();
+        snapshots[spec.packing] += farm.snapshots();
     }
     EXPECT_GT(cuts, 40u);
+    EXPECT_GT(snapshots[Packing::records], 20u);
+    EXPECT_GT(snapshots[Packing::maps], 20u);
 }
 
 TEST(Farm, DisksThatFailEndTheMasterAndLoseNothing) {

@@ -15,7 +15,12 @@ const std::filesystem::path storage_folder = "/storage";
 
 SimulatedMaster::SimulatedMaster(World& world, FarmChecks& checks, std::uint64_t seed,
                                  const MasterConditions& conditions)
-    : world_(world), checks_(checks), conditions_(conditions), disk_(seed), vfs_(disk_, static_cast<int>(seed)) {
+    : world_(world),
+      checks_(checks),
+      conditions_(conditions),
+      disk_(seed),
+      vfs_(disk_, static_cast<int>(seed)),
+      snapshot_rule_{.times_sums = seed / 4 % 2} {
     start();
     disk_failures_ = conditions.disk_failures;
     disk_.fail_sometimes({0, disk_failures_, disk_failures_});
@@ -24,7 +29,7 @@ SimulatedMaster::SimulatedMaster(World& world, FarmChecks& checks, std::uint64_t
 /// Tries until the disk gives what it has: the power may fail while the master starts, too.
 void SimulatedMaster::start() {
     while (checks_.violations().empty()) {
-        auto storage = Storage::open(disk_, storage_folder, vfs_.name());
+        auto storage = Storage::open(disk_, storage_folder, vfs_.name(), snapshot_rule_);
         auto start = storage ? (*storage)->start() : Result<Storage::Start>(storage.error());
         ++lives_;
         if (start) return begin_life(std::move(*storage), std::move(*start));
@@ -218,7 +223,10 @@ void SimulatedMaster::commit(bool leases_too) {
 
 void SimulatedMaster::carry_out(StoreSnapshot& store) {
     slowly([this, store] { return storage_->store(store); },
-           [this, store](const Result<void>&) { return core_->on_snapshot_stored(store, world_.now_s()); });
+           [this, store](const Result<bool>& stored) {
+               if (stored && *stored && !store.last) ++snapshots_;
+               return core_->on_snapshot_stored(store, world_.now_s());
+           });
 }
 
 void SimulatedMaster::carry_out(StoreRecord& store) {

@@ -44,6 +44,7 @@ public:
     const MasterCore* core() const { return core_.get(); }
     FileStore& files() { return storage_->files(); }
     std::uint64_t lives() const { return lives_; }
+    std::uint64_t snapshots() const { return snapshots_; }  ///< but for those when it ended
     double up_since_s() const { return up_since_s_; }
     void cancel(JobId job) { carry_out(core_->cancel(job, world_.now_s())); }
 
@@ -83,12 +84,14 @@ private:
     MasterConditions conditions_;
     SimulatedDisk disk_;
     SimulatedVfs vfs_;
+    SnapshotRule snapshot_rule_;  ///< jobs are small: at each checkpoint, or when results outweigh sums
     bool disk_free_ = true;
     double disk_failures_ = 0;
     std::unique_ptr<Storage> storage_;
     std::unique_ptr<MasterCore> core_;
     std::map<ConnectionId, wire::Hello> sessions_;  ///< that are open; those that have said Hello have an instance
     std::uint64_t lives_ = 0;
+    std::uint64_t snapshots_ = 0;
     double up_since_s_ = 0;
     CommitQueue commits_;
     double storage_free_s_ = 0;  ///< when it has done what it was asked for

@@ -33,7 +33,9 @@ void seal(std::vector<std::byte>& bytes) {
 
 TEST(SolutionFile, ReadsBackWhatWasWritten) {
     const LoadedRun run = sample_run();
-    const auto read = decode_solution(encode_solution(run.solution), run.scene, run.scene_name);
+    const EncodedSolution encoded = encode_solution(run.solution);
+    EXPECT_EQ(encoded.digest, solution_digest(run.solution));
+    const auto read = decode_solution(encoded.bytes, run.scene, run.scene_name);
     ASSERT_TRUE(read) << read.error().sentence;
     EXPECT_EQ(read->spec, run.solution.spec);
     EXPECT_EQ(read->committed, run.solution.committed);
@@ -45,9 +47,21 @@ TEST(SolutionFile, ReadsBackWhatWasWritten) {
     EXPECT_EQ(solution_digest(*read), solution_digest(run.solution));
 }
 
+TEST(SolutionFile, ReadsBackMoreTexelsThanAreWrittenAtOnce) {
+    JobSpec spec;
+    spec.particles = 100'000;
+    spec.texel_m = 0.03;
+    LoadedRun run = test::empty_run(test::sheet_scene(), spec);
+    test::fill(run, test::uniform_records(7, run.scene, 50'000));
+    ASSERT_GT(run.solution.texels.size(), 30'000u);
+    const auto read = decode_solution(encode_solution(run.solution).bytes, run.scene, run.scene_name);
+    ASSERT_TRUE(read) << read.error().sentence;
+    EXPECT_EQ(read->texels, run.solution.texels);
+}
+
 TEST(SolutionFile, CutShortAnywhereItIsRefusedWithASentence) {
     const LoadedRun run = sample_run();
-    const auto bytes = encode_solution(run.solution);
+    const auto bytes = encode_solution(run.solution).bytes;
     for (std::size_t size = 0; size < bytes.size(); ++size) {
         const auto read = decode_solution(std::span(bytes).first(size), run.scene, run.scene_name);
         ASSERT_FALSE(read) << size;
@@ -58,7 +72,7 @@ TEST(SolutionFile, CutShortAnywhereItIsRefusedWithASentence) {
 
 TEST(SolutionFile, AFlippedBitAnywhereIsNoticed) {
     const LoadedRun run = sample_run();
-    const auto bytes = encode_solution(run.solution);
+    const auto bytes = encode_solution(run.solution).bytes;
     for (std::size_t at = 0; at < bytes.size(); ++at) {
         auto damaged = bytes;
         damaged[at] ^= std::byte{1} << (at % 8);
@@ -69,7 +83,7 @@ TEST(SolutionFile, AFlippedBitAnywhereIsNoticed) {
 TEST(SolutionFile, ForgedFilesWithGoodChecksumsAreRefusedOrTheSame) {
     // whoever forges a file can seal it: the digest and the checks of every field must hold then
     const LoadedRun run = sample_run();
-    const auto bytes = encode_solution(run.solution);
+    const auto bytes = encode_solution(run.solution).bytes;
     std::mt19937_64 random(11);
     int refused = 0;
     for (int i = 0; i < 3'000; ++i) {
@@ -92,7 +106,7 @@ TEST(SolutionFile, SumsThatDoNotAgreeAreRefused) {
     const auto refused = [&](auto change) {
         Solution forged = run.solution;
         change(forged);
-        return !decode_solution(encode_solution(forged), run.scene, run.scene_name);
+        return !decode_solution(encode_solution(forged).bytes, run.scene, run.scene_name);
     };
     EXPECT_TRUE(refused([](Solution& s) { s.balance.absorbed += 1; }));
     EXPECT_TRUE(refused([](Solution& s) { s.balance.emitted_by_batch[0] += 1; }));
@@ -117,7 +131,7 @@ TEST(SolutionFile, OfAnotherSceneItSaysSo) {
     const LoadedRun run = sample_run();
     Digest other = run.scene_name;
     other.bytes[0] ^= 1;
-    const auto read = decode_solution(encode_solution(run.solution), run.scene, other);
+    const auto read = decode_solution(encode_solution(run.solution).bytes, run.scene, other);
     ASSERT_FALSE(read);
     EXPECT_NE(read.error().sentence.find(other.hex()), std::string::npos);
 }
@@ -134,6 +148,25 @@ TEST(BlockCodec, RefusesSizesThatTheBlockCannotUnfoldTo) {
     std::memcpy(bytes.data(), &absurd, 8);
     ByteReader bomb(bytes);
     EXPECT_FALSE(read_block(bomb, absurd));
+}
+
+TEST(BlockCodec, ReadsBackWhatCameInPieces) {
+    std::vector<std::byte> raw(300'000);
+    for (std::size_t i = 0; i < raw.size(); ++i) raw[i] = static_cast<std::byte>(i * i >> 5);
+    ByteWriter out;
+    out.text("before");
+    write_block(out, raw.size(), [&](const TakePiece& take) {
+        for (std::size_t begin = 0; begin < raw.size(); begin += 7'001)
+            take(std::span(raw).subspan(begin, std::min<std::size_t>(7'001, raw.size() - begin)));
+    });
+    out.text("behind");
+    ByteReader in(out.bytes());
+    EXPECT_EQ(in.text(100), "before");
+    const auto read = read_block(in, raw.size());
+    ASSERT_TRUE(read) << read.error().sentence;
+    EXPECT_EQ(*read, raw);
+    EXPECT_EQ(in.text(100), "behind");
+    EXPECT_EQ(in.remaining(), 0u);
 }
 
 class RunFolder : public testing::Test {
