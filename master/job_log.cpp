@@ -61,6 +61,7 @@ Result<void> JobLog::find_segments() {
 }
 
 Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kept, const FileStore& files) {
+    recovered_ = false;
     if (const auto found = find_segments(); !found) return found.error();
     sums_.reset();  // before others are made: they may be the most of what the master has in memory
     sums_.emplace(spec_, prepared_);
@@ -93,6 +94,7 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
     if (kept.damaged_leases > 0)
         damages.push_back(std::to_string(kept.damaged_leases) + " leases of " + name + " are damaged in the database");
     next_result_ = kept.next_result;
+    recovered_ = true;
     return damages;
 }
 
@@ -175,6 +177,16 @@ EncodedSolution JobLog::solution(const JobEffort& effort) {
 
 std::vector<std::byte> JobLog::snapshot_bytes(const JobEffort& effort) {
     return encode_snapshot(solution(effort).bytes, cut_, sums_->flights(), sums_->ended());
+}
+
+Result<bool> JobLog::snapshot_pays() const {
+    if (!has_news()) return false;
+    const std::uint64_t sum_bytes = sums_->bytes();
+    if (rule_.pays(kept_results_, kept_bytes_, sum_bytes)) return true;
+    if (keeps_results_) return false;  // a snapshot makes no room
+    const auto free_bytes = disk_.free_bytes(folder_);
+    if (!free_bytes) return free_bytes.error();
+    return SnapshotRule::makes_room_in_time(kept_bytes_, sum_bytes, *free_bytes);
 }
 
 Result<void> JobLog::begin_after(const Digest& snapshot) {

@@ -23,7 +23,8 @@
 namespace lumenfarm {
 
 /// When results are worth a snapshot: reading them again must take much longer than reading one. It is done after a
-/// crash only, while each snapshot holds up the results that come meanwhile.
+/// crash only, while each snapshot holds up the results that come meanwhile. Earlier where the disk may be full before
+/// the next look.
 struct SnapshotRule {
     std::uint64_t results_max = limits::results_per_snapshot_max;
     std::uint64_t times_sums = limits::snapshot_times_sums;  ///< the bytes of results over those of the job's sums
@@ -32,6 +33,10 @@ struct SnapshotRule {
     bool pays(std::uint64_t results, std::uint64_t bytes, std::uint64_t sum_bytes) const {
         return results > results_max ||
                (results > 0 && bytes >= std::min(times_sums * sum_bytes, sum_bytes + bytes_beside_sums));
+    }
+    /// Whether it leaves more room on the disk, and may find none itself once as many results more have come.
+    static bool makes_room_in_time(std::uint64_t bytes, std::uint64_t sum_bytes, std::uint64_t free_bytes) {
+        return bytes > sum_bytes && free_bytes - std::min(free_bytes, sum_bytes) < bytes;
     }
 };
 
@@ -60,10 +65,10 @@ public:
     /// That, and what is in flight: what recover() reads again.
     std::vector<std::byte> snapshot_bytes(const JobEffort& effort);
 
-    /// Of what came since the last one.
-    bool snapshot_pays() const { return rule_.pays(kept_results_, kept_bytes_, sums_->bytes()); }
-    /// True when results came since the last snapshot.
-    bool has_news() const { return kept_results_ > 0; }
+    /// Of what came since the last one. Errors: failed.
+    Result<bool> snapshot_pays() const;
+    /// True when results came since the last snapshot, and recover() has found all of those before.
+    bool has_news() const { return recovered_ && kept_results_ > 0; }
     std::uint64_t next_result() const { return next_result_; }
     const std::optional<Digest>& snapshot() const { return snapshot_; }
     /// Whether each result stays on the disk until the job is over, to be retracted if need be.
@@ -105,6 +110,7 @@ private:
     std::uint64_t kept_bytes_ = 0;
     std::uint64_t appended_results_ = 0;  ///< since keep() or undo()
     std::uint64_t appended_bytes_ = 0;
+    bool recovered_ = false;
     bool cut_short_ = false;
     std::optional<Digest> snapshot_;
 };

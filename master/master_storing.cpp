@@ -140,7 +140,7 @@ void MasterCore::try_again(double now_s) {
 }
 
 void MasterCore::store_snapshot(Job& job, double now_s) {
-    if (job.lent || no_space_ || now_s < job.next_snapshot_s) return;
+    if (job.lent || now_s < job.next_snapshot_s) return;  // with a full disk too: it may make room
     job.snapshot_s = now_s;
     job.next_snapshot_s = std::numeric_limits<double>::infinity();
     effects_.push_back(StoreSnapshot{job.record.id(), effort_of(job, now_s)});

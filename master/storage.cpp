@@ -246,7 +246,8 @@ Result<bool> Storage::store(const StoreSnapshot& effect) {
     const auto found = logs_.find(effect.job);
     if (found == logs_.end()) return false;
     JobLog& log = found->second;
-    if (!(effect.last ? log.has_news() : log.snapshot_pays())) return false;
+    const auto wanted = effect.last ? Result<bool>(log.has_news()) : log.snapshot_pays();
+    if (!wanted || !*wanted) return wanted;
     if (const auto stored = snapshot(log, effect.job, effect.effort); !stored) return stored.error();
     return true;
 }

@@ -45,6 +45,8 @@ public:
     /// With its parents; one that is there is fine. New ones last when this returns.
     virtual Result<void> make_folder(const std::filesystem::path& folder) = 0;
     virtual Result<void> sync_folder(const std::filesystem::path& folder) = 0;
+    /// Bytes that there is still room for on the disk of the folder; a quota may allow fewer.
+    virtual Result<std::uint64_t> free_bytes(const std::filesystem::path& folder) const = 0;
 };
 
 }  // namespace lumenfarm

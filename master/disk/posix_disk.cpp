@@ -131,4 +131,11 @@ Result<void> PosixDisk::make_folder(const fs::path& folder) {
 
 Result<void> PosixDisk::sync_folder(const fs::path& folder) { return lumenfarm::sync_folder(folder); }
 
+Result<std::uint64_t> PosixDisk::free_bytes(const fs::path& folder) const {
+    std::error_code error;
+    const fs::space_info space = fs::space(folder, error);
+    if (error) return disk_error(cannot("read", folder), error.value());
+    return space.available;
+}
+
 }  // namespace lumenfarm

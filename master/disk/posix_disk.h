@@ -20,6 +20,7 @@ public:
     Result<std::vector<std::string>> list(const std::filesystem::path& folder) const override;
     Result<void> make_folder(const std::filesystem::path& folder) override;
     Result<void> sync_folder(const std::filesystem::path& folder) override;
+    Result<std::uint64_t> free_bytes(const std::filesystem::path& folder) const override;
 };
 
 }  // namespace lumenfarm

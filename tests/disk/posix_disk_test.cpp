@@ -47,6 +47,14 @@ TEST_F(PosixDiskFolder, BytesAreReadWhereTheyWereWritten) {
     EXPECT_EQ(text("a"), std::string("\0\0c", 3));
 }
 
+TEST_F(PosixDiskFolder, FreeBytesAreThoseOfTheDiskOfTheFolder) {
+    const auto free = disk_.free_bytes(folder_.path());
+    ASSERT_TRUE(free.has_value());
+    EXPECT_GT(*free, 0u);
+    EXPECT_LE(*free, fs::space(folder_.path()).capacity);
+    EXPECT_EQ(disk_.free_bytes("/dev/shm/none/at/all").error().code, ErrorCode::failed);
+}
+
 TEST_F(PosixDiskFolder, AReadEndsWithTheFile) {
     const auto file = make("a");
     ASSERT_TRUE(file->write(0, bytes_of("abcdef")));

@@ -100,5 +100,12 @@ TEST(SnapshotRule, ASnapshotPaysWhenMuchCameSinceTheLast) {
     EXPECT_TRUE(rule.pays(101, 1, 10'000'000)) << "many results are many rows";
 }
 
+TEST(SnapshotRule, ASnapshotMakesRoomWhileThereIsSomeForIt) {
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(1'000, 1'000, 0)) << "it takes as much as it frees";
+    EXPECT_TRUE(SnapshotRule::makes_room_in_time(1'001, 1'000, 0));
+    EXPECT_TRUE(SnapshotRule::makes_room_in_time(5'000, 1'000, 5'999));
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(5'000, 1'000, 6'000)) << "as many results again, and it fits";
+}
+
 }  // namespace
 }  // namespace lumenfarm

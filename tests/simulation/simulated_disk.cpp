@@ -115,6 +115,8 @@ Result<std::unique_ptr<DiskFile>> SimulatedDisk::open(const fs::path& file, Disk
     if (const auto on = power(what); !on) return on.error();
     auto bytes = find(file);
     if (!bytes && how == DiskOpen::existing) return bad_input(missing(what).sentence);
+    if (bytes && opens_until_failure_ > 0 && --opens_until_failure_ == 0)
+        return no_space(what + ": Too many open files");
     if (!bytes) {
         Folder* folder = folder_of(file);
         if (!folder) return missing(what);
@@ -180,6 +182,10 @@ Result<void> SimulatedDisk::sync_folder(const fs::path& folder) {
     return {};
 }
 
+Result<std::uint64_t> SimulatedDisk::free_bytes(const fs::path&) const {
+    return capacity_ - std::min(capacity_, used());
+}
+
 std::uint64_t SimulatedDisk::used() const {
     std::uint64_t bytes = 0;
     for (const auto& [name, folder] : folders_)
@@ -188,7 +194,7 @@ std::uint64_t SimulatedDisk::used() const {
 }
 
 std::uint64_t SimulatedDisk::room_for(const SimulatedBytes& bytes) const {
-    const std::uint64_t free = capacity_ - std::min(capacity_, used());
+    const std::uint64_t free = free_bytes("/").value();
     const std::uint64_t size = bytes.seen().size();
     return size + std::min(free, std::numeric_limits<std::uint64_t>::max() - size);
 }

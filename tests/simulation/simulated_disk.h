@@ -38,6 +38,7 @@ public:
     Result<std::vector<std::string>> list(const std::filesystem::path& folder) const override;
     Result<void> make_folder(const std::filesystem::path& folder) override;
     Result<void> sync_folder(const std::filesystem::path& folder) override;
+    Result<std::uint64_t> free_bytes(const std::filesystem::path& folder) const override;
 
     /// Calls so far that change something or make it last: write, truncate, sync, rename, remove, sync_folder, and
     /// those of open and make_folder that make something.
@@ -57,6 +58,8 @@ public:
     void set_capacity(std::uint64_t bytes) { capacity_ = bytes; }
     std::uint64_t used() const;
 
+    /// Too many files are open at the n-th that is opened from now and is there, 1 being the next.
+    void fail_open_at(std::uint64_t n) { opens_until_failure_ = n; }
     void fail_next_read() { next_.read = 1; }
     void fail_next_write() { next_.write = 1; }
     /// Of a file or a folder. Some of the file's changes will never last, whatever syncs succeed later.
@@ -108,6 +111,7 @@ private:
     std::uint64_t capacity_ = std::numeric_limits<std::uint64_t>::max();
     DiskFailures chances_;
     DiskFailures next_;
+    std::uint64_t opens_until_failure_ = 0;  ///< 0: there is none
 };
 
 }  // namespace lumenfarm::testing

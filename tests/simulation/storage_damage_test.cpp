@@ -1,9 +1,6 @@
-#include "common/scene/scene_file.h"
-#include "master/storage.h"
-#include "tests/simulation/fake_tracer.h"
 #include "tests/simulation/simulated_disk.h"
 #include "tests/simulation/simulated_vfs.h"
-#include "tests/simulation/small_scene.h"
+#include "tests/simulation/small_job.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,20 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t results = 4, particles_of_a_result = 200;
-
-JobRecord job_record(const std::vector<std::byte>& scene) {
-    JobRecord record;
-    record.key = 3;
-    record.spec.particles = 10'000;
-    record.spec.texel_m = 2;
-    record.spec.keep_hits = 50;
-    record.spec.packing = Packing::records;
-    record.scene_bytes = scene.size();
-    record.status.job = 1;
-    record.status.scene = scene_digest(scene);
-    return record;
-}
+constexpr std::uint64_t results = 4;
 
 /// The files of a disk, and a disk again.
 using Image = std::map<fs::path, std::vector<std::byte>>;
@@ -61,21 +45,14 @@ class DamagedStorage : public ::testing::Test {
 protected:
     /// A master that took four results, and was killed after the last.
     DamagedStorage() {
-        prepared_ = prepare_job(record_.spec, scene_).value();
         SimulatedDisk disk;
         const SimulatedVfs vfs(disk);
         auto storage = std::move(Storage::open(disk, "/storage", vfs.name()).value());
-        EXPECT_TRUE(storage->start().has_value());
-        EXPECT_TRUE(storage->put_scene(scene_).has_value());
-        JobRecord running = record_;
-        running.status.state = wire::JobState::running;
-        EXPECT_TRUE(storage->put(StoreRecord{running, {}}).has_value());
-        EXPECT_TRUE(storage->prepare({record_}).has_value());
+        job_.begin(*storage);
         for (std::uint64_t number = 0; number < results; ++number) {
             if (number + 2 == results) before_last_two_ = image_of(disk);
-            const StoreResult store{number, 1, 7, std::make_shared<const StagedResult>(result(number))};
             const StoredLease lease{1, {100 + number, 7, {0, 1'000 + 10 * number, 10}}};
-            EXPECT_TRUE(storage->commit({{store}, {{lease}, {}}}).has_value());
+            EXPECT_TRUE(storage->commit({{job_.stored(number)}, {{lease}, {}}}).has_value());
         }
         disk.power_off();
         storage.reset();
@@ -84,21 +61,11 @@ protected:
         for (std::uint64_t subset = 0; subset < 1u << results; ++subset) digests_[sums_of(subset)] = subset;
     }
 
-    StagedResult result(std::uint64_t number) const {
-        const ParticleRange range{0, number * particles_of_a_result, particles_of_a_result};
-        TracedHits hits;
-        FakeTracer(prepared_->scene).trace(record_.spec, range, hits, nullptr);
-        StagedResult staged(1, number);
-        staged.add(record_.spec, *prepared_, wire::ResultHits(wire::PartId(1, number, 0), 0, hits.records, {}));
-        EXPECT_TRUE(
-            staged.complete(*prepared_, {1, number, {wire::Claim(number + 1, 0, range)}, 1, hits.balance, 0.5, 0.5}));
-        return staged;
-    }
     Digest sums_of(std::uint64_t subset) const {
-        JobSums sums(record_.spec, prepared_);
+        std::vector<std::uint64_t> those;
         for (std::uint64_t number = 0; number < results; ++number)
-            if (subset >> number & 1) sums.merge(result(number));
-        return solution_digest(sums.take(record_.status.scene));
+            if (subset >> number & 1) those.push_back(number);
+        return job_.sums_of(those);
     }
 
     /// What a master finds on this disk.
@@ -128,9 +95,9 @@ protected:
 
     static std::size_t step(std::size_t some) { return std::getenv("LUMENFARM_TEST_EVERY_BYTE") ? 1 : some; }
 
-    const std::vector<std::byte> scene_ = encode_scene(small_scene());
-    const JobRecord record_ = job_record(scene_);
-    std::shared_ptr<const PreparedJob> prepared_;
+    const SmallJob job_;
+    const std::vector<std::byte>& scene_ = job_.scene;
+    const JobRecord& record_ = job_.record;
     Image before_last_two_, image_;
     std::map<Digest, std::uint64_t> digests_;  ///< of the sums of each subset of the results
     const fs::path segment_ = "/storage/segments/1-0", log_ = "/storage/jobs.sqlite-wal";
