@@ -90,12 +90,13 @@ struct StoreLeases {
     std::vector<LeaseId> ended;
 };
 
-/// Write what the job has as one solution, when so much came since the last time that it pays. Answer:
-/// on_snapshot_stored.
+/// Write what the job has as one solution, when so much came since the last time that it pays, or when that makes room
+/// on a disk that will be full. Answer: on_snapshot_stored.
 struct StoreSnapshot {
     JobId job = 0;
     JobEffort effort;
     bool last = false;  ///< of this life: however little has come since the one before
+    bool disk_is_full = false;
 };
 
 /// Write the record. Answer: on_record_stored.

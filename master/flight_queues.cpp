@@ -28,16 +28,20 @@ void FlightQueues::add(const Filed& filed) {
     Queue& queue = queues_[filed.subspace];
     ensure(filed.first >= queue.filed && !filed.flights->empty(), "flights are filed in order");
     queue.filed = filed.first + filed.flights->size();
-    energy_ += energy_of(*filed.flights);
-    queue.blocks.emplace(filed.first, Block{filed.flights, filed.flights->size()});
+    keep(filed);
 }
 
 void FlightQueues::lend(const Filed& filed) {
     ensure(may_lend(filed.subspace, filed.first, filed.flights->size()), "a flight is lent once");
     Queue& queue = queues_[filed.subspace];
     queue.filed = std::max(queue.filed, filed.first + filed.flights->size());
+    keep(filed);
+}
+
+void FlightQueues::keep(const Filed& filed) {
     energy_ += energy_of(*filed.flights);
-    queue.blocks.emplace(filed.first, Block{filed.flights, filed.flights->size()});
+    count_ += filed.flights->size();
+    queues_[filed.subspace].blocks.emplace(filed.first, Block{filed.flights, filed.flights->size()});
 }
 
 bool FlightQueues::may_lend(std::uint32_t subspace, std::uint64_t first, std::uint64_t count) const {
@@ -62,6 +66,7 @@ void FlightQueues::each(std::uint32_t subspace, std::uint64_t first, std::uint64
 
 void FlightQueues::remove(std::uint32_t subspace, std::uint64_t first, std::uint64_t count) {
     energy_ -= energy(subspace, first, count);
+    count_ -= count;
     auto& blocks = queues_[subspace].blocks;
     auto block = std::prev(blocks.upper_bound(first));
     for (std::uint64_t number = first; number < first + count;) {

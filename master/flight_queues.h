@@ -48,6 +48,8 @@ public:
     std::int64_t energy(std::uint32_t subspace, std::uint64_t first, std::uint64_t count) const;
     /// What all carry that are here [ticks].
     std::int64_t energy() const { return energy_; }
+    /// How many are here.
+    std::uint64_t count() const { return count_; }
 
 private:
     struct Block {
@@ -63,8 +65,11 @@ private:
     template <class Visit>
     void each(std::uint32_t subspace, std::uint64_t first, std::uint64_t count, Visit visit) const;
 
+    void keep(const Filed& filed);
+
     std::vector<Queue> queues_;
     std::int64_t energy_ = 0;
+    std::uint64_t count_ = 0;
 };
 
 /// What the claims' flights carry [ticks]. REQUIRES: they are here.

@@ -7,6 +7,7 @@
 #include <xxhash.h>
 
 #include <charconv>
+#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -67,6 +68,7 @@ Result<std::vector<std::string>> JobLog::recover(const JobStore::Unfinished& kep
     sums_.emplace(spec_, prepared_);
     if (prepared_->subspaces) cut_ = prepared_->subspaces->partition();
     snapshot_.reset();
+    last_snapshot_bytes_ = 0;
     cut_short_ = false;
     const auto is_cut_short = [&](const std::vector<std::string>& damages) {
         return spec_.strategy == Strategy::subspaces && !damages.empty();
@@ -109,6 +111,7 @@ Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore&
     sums_->restore(std::move(read->solution), std::move(read->flights), std::move(read->ended));
     if (!read->cut.nodes().empty()) cut_ = std::move(read->cut);
     snapshot_ = snapshot.file;
+    last_snapshot_bytes_ = bytes->size();
     return {};
 }
 
@@ -179,22 +182,28 @@ std::vector<std::byte> JobLog::snapshot_bytes(const JobEffort& effort) {
     return encode_snapshot(solution(effort).bytes, cut_, sums_->flights(), sums_->ended());
 }
 
-Result<bool> JobLog::snapshot_pays() const {
+bool JobLog::snapshot_pays(std::uint64_t coming_bytes, bool disk_is_full) const {
     if (!has_news()) return false;
+    const auto asked = disk_.free_bytes(folder_);
+    const std::uint64_t free_bytes = asked ? *asked : std::numeric_limits<std::uint64_t>::max();
+    if (free_bytes < snapshot_awaits_bytes_) return false;
     const std::uint64_t sum_bytes = sums_->bytes();
-    if (rule_.pays(kept_results_, kept_bytes_, sum_bytes)) return true;
-    if (keeps_results_) return false;  // a snapshot makes no room
-    const auto free_bytes = disk_.free_bytes(folder_);
-    if (!free_bytes) return free_bytes.error();
-    return SnapshotRule::makes_room_in_time(kept_bytes_, sum_bytes, *free_bytes);
+    const bool makes_room = !keeps_results_;
+    if (rule_.pays(kept_results_, kept_bytes_, sum_bytes)) return makes_room || !disk_is_full;
+    return makes_room && SnapshotRule::makes_room_in_time(kept_bytes_, sum_bytes, last_snapshot_bytes_, coming_bytes,
+                                                          disk_is_full ? 0 : free_bytes);
 }
 
-Result<void> JobLog::begin_after(const Digest& snapshot) {
+Result<void> JobLog::begin_after(const Digest& snapshot, std::uint64_t its_bytes) {
     snapshot_ = snapshot;
+    last_snapshot_bytes_ = its_bytes;
+    snapshot_awaits_bytes_ = 0;
     cut_short_ = false;
     kept_results_ = kept_bytes_ = 0;
-    if (keeps_results_) return {};
-    segment_.reset();
+    return keeps_results_ ? Result<void>() : begin_segments_anew();
+}
+
+Result<void> JobLog::begin_segments_anew() {
     const std::uint64_t last = segments_.empty() ? 0 : *segments_.rbegin();
     auto removed = remove_segments();
     segments_.insert(last);  // its number is not used again

@@ -34,9 +34,13 @@ struct SnapshotRule {
         return results > results_max ||
                (results > 0 && bytes >= std::min(times_sums * sum_bytes, sum_bytes + bytes_beside_sums));
     }
-    /// Whether it leaves more room on the disk, and may find none itself once as many results more have come.
-    static bool makes_room_in_time(std::uint64_t bytes, std::uint64_t sum_bytes, std::uint64_t free_bytes) {
-        return bytes > sum_bytes && free_bytes - std::min(free_bytes, sum_bytes) < bytes;
+    /// Whether one leaves more room on the disk, and may find none itself once `coming` bytes more have come. It takes
+    /// the place of `bytes` of results and of the last one, which has `last_bytes` (0: there is none); a hit of 16
+    /// bytes may be the first of a texel of 48.
+    static bool makes_room_in_time(std::uint64_t bytes, std::uint64_t sum_bytes, std::uint64_t last_bytes,
+                                   std::uint64_t coming, std::uint64_t free_bytes) {
+        const std::uint64_t needed = last_bytes > 0 ? std::min(sum_bytes, last_bytes + 3 * bytes) : sum_bytes;
+        return bytes > (last_bytes > 0 ? 0 : needed) && free_bytes < needed + coming;
     }
 };
 
@@ -65,16 +69,23 @@ public:
     /// That, and what is in flight: what recover() reads again.
     std::vector<std::byte> snapshot_bytes(const JobEffort& effort);
 
-    /// Of what came since the last one. Errors: failed.
-    Result<bool> snapshot_pays() const;
+    /// Of what came since the last one, or for the room on the disk. `coming_bytes`: of results of all jobs, to be
+    /// expected before this is asked again.
+    bool snapshot_pays(std::uint64_t coming_bytes, bool disk_is_full) const;
+    /// A snapshot of so many bytes found no room: another one waits until so many are free.
+    void snapshot_found_no_room(std::uint64_t bytes) { snapshot_awaits_bytes_ = bytes; }
     /// True when results came since the last snapshot, and recover() has found all of those before.
     bool has_news() const { return recovered_ && kept_results_ > 0; }
+    /// Of results since the last snapshot.
+    std::uint64_t kept_bytes() const { return kept_bytes_; }
     std::uint64_t next_result() const { return next_result_; }
     const std::optional<Digest>& snapshot() const { return snapshot_; }
     /// Whether each result stays on the disk until the job is over, to be retracted if need be.
     bool keeps_results() const { return keeps_results_; }
     /// The snapshot of everything merged counts: the segments before go, unless results are kept. Errors: failed.
-    Result<void> begin_after(const Digest& snapshot);
+    Result<void> begin_after(const Digest& snapshot, std::uint64_t its_bytes);
+    /// Those before go, since no row names what is in them. Errors: failed.
+    Result<void> begin_segments_anew();
     /// Errors: failed.
     Result<void> remove_segments();
 
@@ -113,6 +124,8 @@ private:
     bool recovered_ = false;
     bool cut_short_ = false;
     std::optional<Digest> snapshot_;
+    std::uint64_t last_snapshot_bytes_ = 0;
+    std::uint64_t snapshot_awaits_bytes_ = 0;
 };
 
 }  // namespace lumenfarm

@@ -127,7 +127,8 @@ void JobSums::file_by(const Partition& cut) {
 
 std::uint64_t JobSums::bytes() const {
     return sums_.texels().size() * sizeof(TexelSums) + sums_.surfaces().size() * sizeof(SurfaceBatches) +
-           std::min<std::uint64_t>(spec_.keep_hits, balance_.hits) * sizeof(KeptHit);
+           std::min<std::uint64_t>(spec_.keep_hits, balance_.hits) * sizeof(KeptHit) +
+           flights_.count() * sizeof(wire::FlightRecord);
 }
 
 }  // namespace lumenfarm

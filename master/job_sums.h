@@ -41,7 +41,7 @@ public:
     const SolutionTime& time() const { return time_; }
     /// Hits of a higher priority are not kept any more.
     std::uint64_t keep_threshold() const { return kept_.threshold(); }
-    std::uint64_t bytes() const;  ///< in memory; about those of a solution
+    std::uint64_t bytes() const;  ///< in memory; a snapshot has no more than about those
 
 private:
     void merge(const wire::ResultHits& part);

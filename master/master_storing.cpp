@@ -140,10 +140,10 @@ void MasterCore::try_again(double now_s) {
 }
 
 void MasterCore::store_snapshot(Job& job, double now_s) {
-    if (job.lent || now_s < job.next_snapshot_s) return;  // with a full disk too: it may make room
+    if (job.lent || now_s < job.next_snapshot_s) return;
     job.snapshot_s = now_s;
     job.next_snapshot_s = std::numeric_limits<double>::infinity();
-    effects_.push_back(StoreSnapshot{job.record.id(), effort_of(job, now_s)});
+    effects_.push_back(StoreSnapshot{job.record.id(), effort_of(job, now_s), false, no_space_.has_value()});
 }
 
 /// One of a job with a million particles in flight may take seconds, while which no result is committed.

@@ -246,24 +246,29 @@ Result<bool> Storage::store(const StoreSnapshot& effect) {
     const auto found = logs_.find(effect.job);
     if (found == logs_.end()) return false;
     JobLog& log = found->second;
-    const auto wanted = effect.last ? Result<bool>(log.has_news()) : log.snapshot_pays();
-    if (!wanted || !*wanted) return wanted;
+    std::uint64_t coming_bytes = 0;
+    for (const auto& [job, each] : logs_) coming_bytes += each.kept_bytes();
+    if (!(effect.last ? log.has_news() : log.snapshot_pays(coming_bytes, effect.disk_is_full))) return false;
     if (const auto stored = snapshot(log, effect.job, effect.effort); !stored) return stored.error();
     return true;
 }
 
 Result<void> Storage::snapshot(JobLog& log, JobId job, const JobEffort& effort, bool end_leases) {
-    const auto file = watched(files_.put(log.snapshot_bytes(effort)));
-    if (!file) return file.error();
-    const Snapshot row{*file, log.next_result()};
-    if (auto stored = watched(jobs_.checkpoint(job, row, log.keeps_results(), end_leases)); !stored) {
-        if (!broken_) (void)watched(files_.remove(*file));
-        return stored;
+    const std::vector<std::byte> bytes = log.snapshot_bytes(effort);
+    const auto file = watched(files_.put(bytes));
+    if (!file) {
+        log.snapshot_found_no_room(bytes.size());
+        return file.error();
     }
     const auto older = log.snapshot();
+    const Snapshot row{*file, log.next_result()};
+    if (auto stored = watched(jobs_.checkpoint(job, row, log.keeps_results(), end_leases)); !stored) {
+        if (!broken_ && older != *file) (void)watched(files_.remove(*file));
+        return stored;
+    }
     if (older && *older != *file)
         if (auto removed = watched(files_.remove(*older)); !removed) return removed;
-    return watched(log.begin_after(*file));
+    return watched(log.begin_after(*file, bytes.size()));
 }
 
 Result<void> Storage::put_aside(const PutAside& aside) {
@@ -282,11 +287,13 @@ Result<Retracted> Storage::retract(const Retract& effect) {
     const auto snapshot = log.snapshot();
     if (const auto done = watched(jobs_.retract(effect.record, effect.machines, effect.all)); !done)
         return done.error();
+    if (snapshot)
+        if (const auto removed = watched(files_.remove(*snapshot)); !removed) return removed.error();
     const auto kept = watched(jobs_.unfinished(job));
     if (!kept) return kept.error();
     if (const auto damages = watched(log.recover(*kept, files_)); !damages) return damages.error();
-    if (snapshot)
-        if (const auto removed = watched(files_.remove(*snapshot)); !removed) return removed.error();
+    if (kept->results.empty())
+        if (const auto begun = watched(log.begin_segments_anew()); !begun) return begun.error();
     const JobSums& sums = log.sums();
     return Retracted{sums.committed(), sums.balance(), sums.time().trace_s, sums.keep_threshold()};
 }

@@ -115,7 +115,7 @@ inline constexpr std::size_t sessions_max = 4'096;
 inline constexpr std::size_t jobs_max = 4'096;  ///< kept by one master, finished ones included
 inline constexpr std::size_t job_record_bytes_max = 64u << 10;
 // A job's results are written as one solution when they are more than this, have so many times the bytes of the job's
-// sums, or so many bytes more.
+// sums, or so many bytes more; earlier for room on the disk.
 inline constexpr std::uint64_t results_per_snapshot_max = 10'000;
 inline constexpr std::uint64_t snapshot_times_sums = 8;
 inline constexpr std::uint64_t snapshot_bytes_beside_sums = std::uint64_t{1} << 30;

@@ -127,6 +127,26 @@ TEST_F(MasterTest, FullDiskPausesTheJobsAndTheSameResultsAreTriedAgain) {
     EXPECT_EQ(master_.status(job, now_s_)->sentence.find("disk"), std::string::npos);
 }
 
+TEST_F(MasterTest, SnapshotsAreAskedForWhileTheDiskIsFullAndSaySo) {
+    submit(records_job(), 1);
+    join(ann, 11);
+    const auto leases = pull(ann, 1);
+    disk_held_ = true;
+    const auto result = trace(leases[0], 1);
+    take(master_.on_message(ann, result.first, 0, now_s_));
+    take(master_.on_message(ann, result.second, 0, now_s_));
+    now_s_ += 11;
+    take(master_.tick(now_s_));
+    ASSERT_TRUE(find<StoreSnapshot>());
+    EXPECT_FALSE(find<StoreSnapshot>()->disk_is_full);
+    take(master_.on_snapshot_stored(*find<StoreSnapshot>(), now_s_));
+    take(master_.on_results_stored(std::exchange(held_, {}), no_space("the disk is full"), now_s_));
+    now_s_ += 11;
+    take(master_.tick(now_s_));
+    ASSERT_TRUE(find<StoreSnapshot>());
+    EXPECT_TRUE(find<StoreSnapshot>()->disk_is_full);
+}
+
 TEST_F(MasterTest, JobsOfAnEarlierLifeAreKnownAndUnfinishedOnesGoOn) {
     JobRecord done;
     done.status.job = 3;

@@ -100,11 +100,19 @@ TEST(SnapshotRule, ASnapshotPaysWhenMuchCameSinceTheLast) {
     EXPECT_TRUE(rule.pays(101, 1, 10'000'000)) << "many results are many rows";
 }
 
-TEST(SnapshotRule, ASnapshotMakesRoomWhileThereIsSomeForIt) {
-    EXPECT_FALSE(SnapshotRule::makes_room_in_time(1'000, 1'000, 0)) << "it takes as much as it frees";
-    EXPECT_TRUE(SnapshotRule::makes_room_in_time(1'001, 1'000, 0));
-    EXPECT_TRUE(SnapshotRule::makes_room_in_time(5'000, 1'000, 5'999));
-    EXPECT_FALSE(SnapshotRule::makes_room_in_time(5'000, 1'000, 6'000)) << "as many results again, and it fits";
+TEST(SnapshotRule, TheFirstSnapshotMakesRoomWhenResultsAreMoreThanIt) {
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(1'000, 1'000, 0, 1'000, 0)) << "it takes as much as it frees";
+    EXPECT_TRUE(SnapshotRule::makes_room_in_time(1'001, 1'000, 0, 1'001, 0));
+    EXPECT_TRUE(SnapshotRule::makes_room_in_time(5'000, 1'000, 0, 7'000, 7'999));
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(5'000, 1'000, 0, 7'000, 8'000)) << "what is coming leaves it room";
+}
+
+TEST(SnapshotRule, ALaterSnapshotMakesRoomWithAnyResult) {
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(0, 1'000, 600, 0, 0)) << "nothing came";
+    EXPECT_TRUE(SnapshotRule::makes_room_in_time(1, 1'000, 600, 1, 603));
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(1, 1'000, 600, 1, 604));
+    EXPECT_TRUE(SnapshotRule::makes_room_in_time(900, 1'000, 600, 900, 1'899)) << "it is no larger than the sums";
+    EXPECT_FALSE(SnapshotRule::makes_room_in_time(900, 1'000, 600, 900, 1'900));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "tests/simulation/simulated_master.h"
 
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -20,7 +21,7 @@ SimulatedMaster::SimulatedMaster(World& world, FarmChecks& checks, std::uint64_t
       conditions_(conditions),
       disk_(seed),
       vfs_(disk_, static_cast<int>(seed)),
-      snapshot_rule_{.times_sums = seed / 4 % 2} {
+      snapshot_rule_{.times_sums = std::array<std::uint64_t, 8>{0, 1, 0, 1, 0, 1, 0, 8}[seed / 4 % 8]} {
     start();
     disk_failures_ = conditions.disk_failures;
     disk_.fail_sometimes({0, disk_failures_, disk_failures_});

@@ -84,7 +84,7 @@ private:
     MasterConditions conditions_;
     SimulatedDisk disk_;
     SimulatedVfs vfs_;
-    SnapshotRule snapshot_rule_;  ///< jobs are small: at each checkpoint, or when results outweigh sums
+    SnapshotRule snapshot_rule_;  ///< jobs are small: at each checkpoint, when results outweigh sums, or as ever
     bool disk_free_ = true;
     double disk_failures_ = 0;
     std::unique_ptr<Storage> storage_;

@@ -17,12 +17,13 @@ struct SmallJob {
     static constexpr std::uint64_t particles_of_a_result = 200;
     static constexpr MachineId machine = 7;
 
-    SmallJob() {
+    explicit SmallJob(Strategy strategy = Strategy::sets, double texel_m = 2) {
         record.key = 3;
         record.spec.particles = 10'000;
-        record.spec.texel_m = 2;
+        record.spec.texel_m = texel_m;
         record.spec.keep_hits = 50;
         record.spec.packing = Packing::records;
+        record.spec.strategy = strategy;
         record.scene_bytes = scene.size();
         record.status.job = 1;
         record.status.scene = scene_digest(scene);
