@@ -3,6 +3,7 @@
 #include "master/master_server.h"
 #include "relay/relay_server.h"
 
+#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -176,9 +177,17 @@ lumenfarm::RelayOptions relay_of(const Options& options) {
     return relay;
 }
 
+/// Frames come and go by the thousand: their memory is kept for the next ones. Left alone, glibc gives it back to the
+/// kernel and takes it again, a page fault for every 256 hits. What is larger than a frame goes back, as ever.
+void keep_memory_of_frames() {
+    mallopt(M_MMAP_THRESHOLD, 2 * lumenfarm::limits::frame_payload_bytes_max);
+    mallopt(M_TRIM_THRESHOLD, 64 << 20);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    keep_memory_of_frames();
     CLI::App app("Lumenfarm's master: keeps the queue of jobs and commits what workers trace.", "lumenfarm-master");
     Options options;
     declare(app, options);

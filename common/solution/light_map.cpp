@@ -67,34 +67,44 @@ void LightMap::add(const Emission& emission, std::uint32_t light, std::span<cons
     ensure(energies.empty() || energies.size() == records.size(), "there is an energy for each record or none");
     const std::vector<std::uint32_t>& energy_by_bin = emission.lights[light].energy;
     const auto& ratios = xyz_ratios();
-    // In blocks, since most adds wait for memory and for nothing else: what a block needs is asked for together, and
-    // where that is one block earlier.
+    // In blocks, since most adds wait for memory and for nothing else: where the sums of a block lie is asked for two
+    // blocks before they are added to, and the sums themselves one block before.
     constexpr std::size_t block = 16;
-    std::array<TexelSums*, block> texels;
-    std::array<BatchSums*, block> batches;
+    struct Places {
+        std::array<TexelSums*, block> texels;
+        std::array<BatchSums*, block> batches;
+    };
+    std::array<Places, 2> places;
+    const std::size_t count = records.size();
     // always_inline: to the compiler a function that only asks does nothing, and it drops calls of it
     const auto ask_for_places = [&](std::size_t begin) __attribute__((always_inline)) {
-        for (std::size_t i = begin; i < std::min(begin + block, records.size()); ++i)
-            layout_->prefetch(records[i].triangle);
+        for (std::size_t i = begin; i < std::min(begin + block, count); ++i) layout_->prefetch(records[i].triangle);
+    };
+    const auto ask_for_sums = [&](std::size_t begin) __attribute__((always_inline)) {
+        Places& of = places[begin / block % 2];
+        for (std::size_t i = begin; i < std::min(begin + block, count); ++i) {
+            const HitRecord& record = records[i];
+            TexelSums* const texel = of.texels[i - begin] = texels_.data() + layout_->texel_of(record);
+            BatchSums* const batch = of.batches[i - begin] =
+                &surfaces_[layout_->surface_of(record.triangle)][record.side()][record.batch()];
+            __builtin_prefetch(texel, 1);
+            __builtin_prefetch(reinterpret_cast<const char*>(texel) + sizeof(TexelSums) - 1, 1);
+            __builtin_prefetch(batch, 1);
+        }
     };
     ask_for_places(0);
-    for (std::size_t begin = 0; begin < records.size(); begin += block) {
-        ask_for_places(begin + block);
-        const std::size_t count = std::min(block, records.size() - begin);
-        for (std::size_t i = 0; i < count; ++i) {
-            const HitRecord& record = records[begin + i];
-            texels[i] = texels_.data() + layout_->texel_of(record);
-            batches[i] = &surfaces_[layout_->surface_of(record.triangle)][record.side()][record.batch()];
-            __builtin_prefetch(texels[i], 1);
-            __builtin_prefetch(reinterpret_cast<const char*>(texels[i]) + sizeof(TexelSums) - 1, 1);
-            __builtin_prefetch(batches[i], 1);
-        }
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::uint32_t bin = records[begin + i].wavelength;
-            const std::uint32_t ticks = energies.empty() ? energy_by_bin[bin] : energies[begin + i];
+    ask_for_places(block);
+    ask_for_sums(0);
+    for (std::size_t begin = 0; begin < count; begin += block) {
+        ask_for_places(begin + 2 * block);
+        ask_for_sums(begin + block);
+        const Places& of = places[begin / block % 2];
+        for (std::size_t i = begin; i < std::min(begin + block, count); ++i) {
+            const std::uint32_t bin = records[i].wavelength;
+            const std::uint32_t ticks = energies.empty() ? energy_by_bin[bin] : energies[i];
             const Contribution hit = contribution(ticks, ratios[bin]);
-            add_hit(*texels[i], hit);
-            add_hit(*batches[i], hit);
+            add_hit(*of.texels[i - begin], hit);
+            add_hit(*of.batches[i - begin], hit);
         }
     }
 }
