@@ -4,11 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 
 namespace lumenfarm::net {
 namespace {
 
+namespace asio = boost::asio;
 using test::Loopback;
 using wire::WireError;
 
@@ -202,6 +205,31 @@ TEST(Connection, PausedReaderDeliversNothingAndLosesNothing) {
 const wire::Message& large_message() {
     static const wire::Message message = wire::Chunk(Digest(), 0, std::vector<std::byte>(limits::chunk_bytes));
     return message;
+}
+
+TEST(Connection, LargeMessagesArriveWholeThroughPauses) {
+    Loopback farm;
+    farm.connect_worker();
+    wire::ResultHits hits({1, 2, 0}, 0, std::vector<HitRecord>(limits::hits_per_message_max), {});
+    for (std::uint32_t i = 0; i < hits.records.size(); ++i) hits.records[i].triangle = i;
+    constexpr std::size_t count = 5;
+    std::vector<std::byte> stream;
+    for (std::size_t i = 0; i < count; ++i) std::ranges::copy(wire::encode(hits), std::back_inserter(stream));
+    asio::async_write(farm.peer, asio::buffer(stream), [](const boost::system::error_code&, std::size_t) {});
+    const auto bytes_in = [&] { return farm.connection->counters().bytes_in; };
+    const auto& messages = farm.recorder.messages;
+    while (messages.size() < count) {
+        // the pause comes with a read under way
+        farm.connection->pause_reading();
+        const auto bytes_before = bytes_in();
+        const auto messages_before = messages.size();
+        ASSERT_TRUE(farm.run([&] { return bytes_in() > bytes_before; }));
+        EXPECT_EQ(messages.size(), messages_before);
+        farm.connection->resume_reading();
+        const auto bytes_kept = bytes_in();
+        ASSERT_TRUE(farm.run([&] { return messages.size() == count || bytes_in() > bytes_kept; }));
+    }
+    for (const auto& envelope : messages) EXPECT_EQ(std::get<wire::ResultHits>(envelope.message), hits);
 }
 
 TEST(Connection, OutboxIsBounded) {
