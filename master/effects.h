@@ -60,7 +60,7 @@ struct ServeChunk {
 /// Load and derive what the job needs, and find what earlier lives of the master have kept of it. Answer: on_prepared.
 struct Prepare {
     JobRecord job;
-    std::optional<double> recut_above = {};  ///< cut it anew if the hits so far are shared out less evenly,
+    std::optional<double> recut_above = {};  ///< cut it anew if the work so far is shared out less evenly,
     std::uint64_t recut_hits = 0;            ///< and there are so many
 };
 

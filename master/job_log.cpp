@@ -115,6 +115,8 @@ Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore&
     return {};
 }
 
+LearnedCut JobLog::learned_cut() const { return learn_cut(*prepared_, cut_, sums_->sums().texels(), sums_->costs()); }
+
 void JobLog::cut_by(Partition cut) {
     sums_->file_by(cut);
     cut_ = std::move(cut);

@@ -6,6 +6,7 @@
 #include "master/disk/segment.h"
 #include "master/job_store.h"
 #include "master/job_sums.h"
+#include "master/learned_cut.h"
 #include "master/recovered_job.h"
 
 #include <algorithm>
@@ -92,6 +93,8 @@ public:
     const JobSums& sums() const { return *sums_; }
     /// What flights are filed by; empty without subspaces.
     const Partition& cut() const { return cut_; }
+    /// A cut that what was measured so far gives.
+    LearnedCut learned_cut() const;
     /// Files them anew. Does not last before a snapshot does. REQUIRES: as many subspaces.
     void cut_by(Partition cut);
     /// What recover() left out is still on the disk. A snapshot ends that.

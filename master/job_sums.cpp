@@ -16,7 +16,8 @@ JobSums::JobSums(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepare
       kept_(spec_.keep_hits),
       committed_(prepared_->particles.size()),
       flights_(prepared_->sources() - prepared_->particles.size()),
-      ended_(flights_.subspaces()) {}
+      ended_(flights_.subspaces()),
+      costs_(flights_.subspaces()) {}
 
 bool JobSums::is_there(const ParticleRange& range) const {
     if (range.source >= committed_.size() + flights_.subspaces()) return false;
@@ -67,6 +68,13 @@ void JobSums::merge(const wire::ResultMap& part) { wire::add_map(part, sums_.tex
 
 void JobSums::merge(const wire::ResultKept& part) {
     for (const KeptHit& hit : part.hits) kept_.offer(hit);
+}
+
+void JobSums::merge(const wire::ResultWork& part) {
+    for (const SubspaceWork& each : part.work) {
+        costs_[each.subspace].hits += each.hits;
+        costs_[each.subspace].seconds += 1e-9 * static_cast<double>(each.nanoseconds);
+    }
 }
 
 void JobSums::merge(const wire::ResultDone& result) {
@@ -121,6 +129,7 @@ void JobSums::file_by(const Partition& cut) {
             }
     flights_ = FlightQueues(filed.size());
     ended_.assign(filed.size(), {});
+    costs_.assign(filed.size(), {});
     for (std::uint32_t subspace = 0; subspace < filed.size(); ++subspace)
         if (!filed[subspace].empty()) flights_.file(subspace, std::move(filed[subspace]));
 }

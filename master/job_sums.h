@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/solution/hit_work.h"
 #include "master/flight_queues.h"
 #include "master/job.h"
 #include "master/staged_result.h"
@@ -41,12 +42,15 @@ public:
     const SolutionTime& time() const { return time_; }
     /// Hits of a higher priority are not kept any more.
     std::uint64_t keep_threshold() const { return kept_.threshold(); }
+    /// By subspace of the cut in force: what the results merged said. A snapshot does not keep it.
+    const std::vector<SubspaceCost>& costs() const { return costs_; }
     std::uint64_t bytes() const;  ///< in memory; a snapshot has no more than about those
 
 private:
     void merge(const wire::ResultHits& part);
     void merge(const wire::ResultMap& part);
     void merge(const wire::ResultKept& part);
+    void merge(const wire::ResultWork& part);
     void merge(const wire::ResultDone& done);
     bool is_there(const ParticleRange& range) const;
     IntervalSet& done(std::uint32_t source) {
@@ -61,6 +65,7 @@ private:
     std::vector<IntervalSet> committed_;
     FlightQueues flights_;
     std::vector<IntervalSet> ended_;
+    std::vector<SubspaceCost> costs_;
     EnergyBalance balance_;
     SolutionTime time_;
 };

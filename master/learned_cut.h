@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/octree/partition.h"
+#include "common/solution/hit_work.h"
 #include "master/recovered_job.h"
 
 #include <span>
@@ -13,7 +14,8 @@ struct LearnedCut {
     Partition cut;
 };
 
-/// REQUIRES: the job has subspaces, `cut` as many; `texels` is of its layout.
-LearnedCut learn_cut(const PreparedJob& prepared, const Partition& cut, std::span<const TexelSums> texels);
+/// `costs`: by subspace of `cut`. REQUIRES: the job has subspaces, `cut` as many; `texels` is of its layout.
+LearnedCut learn_cut(const PreparedJob& prepared, const Partition& cut, std::span<const TexelSums> texels,
+                     std::span<const SubspaceCost> costs);
 
 }  // namespace lumenfarm

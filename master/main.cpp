@@ -35,7 +35,7 @@ void declare_keeping(CLI::App& app, lumenfarm::MasterOptions& options, CLI::Opti
         ->capture_default_str()
         ->excludes(upstream);
     app.add_option("--recut-above", options.recut_above,
-                   "strategy subspaces: cut a scene anew when the largest share of a subspace in the hits so far is so "
+                   "strategy subspaces: cut a scene anew when the largest share of a subspace in the work so far is so "
                    "many times the mean; 0: never")
         ->envname("LUMENFARM_RECUT_ABOVE")
         ->check(CLI::Range(0.0, 1e6))

@@ -36,7 +36,7 @@ struct MasterPolicy {
     double audit_fraction = 0;                                    ///< of the results are traced again by another worker
     std::uint64_t audit_key = 0;              ///< random: nobody knows which, nor what they are reduced to
     std::int64_t started_unix_seconds = 0;    ///< when the clock of the events was 0
-    std::optional<double> recut_above;        ///< subspaces whose hits are shared out less evenly are cut anew
+    std::optional<double> recut_above;        ///< subspaces that share the work out less evenly are cut anew
     double recut_seconds = 10;                ///< between two looks at that
     std::uint64_t recut_hits = 20'000;        ///< fewer say nothing
     std::optional<double> keep_seconds;       ///< jobs that ended longer ago are removed

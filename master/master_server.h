@@ -29,7 +29,7 @@ namespace lumenfarm {
 
 struct MasterOptions : ServingOptions {
     double checkpoint_seconds = 10;
-    double recut_above = 0;        ///< subspaces whose hits are shared out less evenly are cut anew; 0: never
+    double recut_above = 0;        ///< subspaces that share the work out less evenly are cut anew; 0: never
     double audit_fraction = 0;     ///< of the results are traced again by a second worker
     double keep_days = 0;          ///< jobs that ended longer ago are removed; 0 keeps them
     std::uint64_t keep_bytes = 0;  ///< of solutions, beyond which the job that ended first is removed; 0: any number

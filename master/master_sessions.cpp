@@ -18,8 +18,9 @@ inline constexpr bool of_worker =
     std::is_same_v<M, wire::Pull> || std::is_same_v<M, wire::Progress> || std::is_same_v<M, wire::PartsHeld> ||
     std::is_same_v<M, wire::ReturnLeases> || std::is_same_v<M, wire::ResultDone>;
 template <class M>
-inline constexpr bool is_part = std::is_same_v<M, wire::ResultHits> || std::is_same_v<M, wire::ResultMap> ||
-                                std::is_same_v<M, wire::ResultKept> || std::is_same_v<M, wire::ResultFlights>;
+inline constexpr bool is_part =
+    std::is_same_v<M, wire::ResultHits> || std::is_same_v<M, wire::ResultMap> || std::is_same_v<M, wire::ResultKept> ||
+    std::is_same_v<M, wire::ResultFlights> || std::is_same_v<M, wire::ResultWork>;
 /// Messages that only a submitter sends.
 template <class M>
 inline constexpr bool of_submitter = std::is_same_v<M, wire::Submit> || std::is_same_v<M, wire::StatusRequest> ||

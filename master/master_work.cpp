@@ -131,6 +131,7 @@ template void MasterCore::on_part(Session&, wire::ResultHits);
 template void MasterCore::on_part(Session&, wire::ResultMap);
 template void MasterCore::on_part(Session&, wire::ResultKept);
 template void MasterCore::on_part(Session&, wire::ResultFlights);
+template void MasterCore::on_part(Session&, wire::ResultWork);
 
 /// What a worker has of a job is what it is preferred for.
 void MasterCore::on(Session& session, const wire::PartsHeld& held, double) {

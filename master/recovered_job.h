@@ -42,10 +42,10 @@ struct WorkerFiles {
     std::vector<PartFile> parts;  ///< by subspace
 };
 
-/// How evenly a cut in subspaces shares the hits so far out: their largest share over the mean.
+/// How evenly a cut in subspaces shares the work so far out: the largest share over the mean.
 struct Evenness {
     double now = 1;      ///< by the cut in force, or before it was cut anew
-    double learned = 1;  ///< by the cut that these hits give
+    double learned = 1;  ///< by the cut that it gives
 
     /// Uneven, and a new cut would be a good deal better.
     bool is_worth_a_cut(double above) const { return now > above && 1.1 * (learned - 1) < now - 1; }

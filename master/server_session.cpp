@@ -216,7 +216,7 @@ void MasterServer::Running::carry_out(Prepare prepare) {
                                 recovered->balance.particles, recovered->prepared->octree);
                    if (recovered->recut)
                        spdlog::info(
-                           "job {} is cut in subspaces anew: of the hits so far the largest share was {:.2f} times the "
+                           "job {} is cut in subspaces anew: of the work so far the largest share was {:.2f} times the "
                            "mean, and is {:.2f} now",
                            job, recovered->recut->now, recovered->recut->learned);
                }
@@ -228,7 +228,7 @@ void MasterServer::Running::carry_out(MeasureCut measure) {
     slowly([this, measure] { return storage_->measure(measure); },
            [this, measure](const Evenness& evenness) {
                spdlog::info(
-                   "job {}: of its hits the largest share of a subspace is {:.2f} times the mean; {:.2f} could "
+                   "job {}: of its work the largest share of a subspace is {:.2f} times the mean; {:.2f} could "
                    "be had",
                    measure.job, evenness.now, evenness.learned);
                carry_out(core_.on_cut_measured(measure, evenness, now_s()));

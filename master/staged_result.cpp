@@ -141,6 +141,16 @@ void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::Result
     messages_.emplace_back(std::move(part));
 }
 
+void StagedResult::add(const JobSpec&, const PreparedJob& prepared, wire::ResultWork part) {
+    if (!next_part(part.part, part.work.size() * sizeof(SubspaceWork))) return;
+    const std::size_t subspaces = prepared.sources() - prepared.particles.size();
+    for (const SubspaceWork& each : part.work) work_hits_ += each.hits;
+    // subspaces ascend
+    if (const std::uint32_t last = part.work.back().subspace; last >= subspaces)
+        return refuse("there was work in subspace " + std::to_string(last) + " of " + std::to_string(subspaces));
+    messages_.emplace_back(std::move(part));
+}
+
 Result<void> StagedResult::complete(const PreparedJob& prepared, wire::ResultDone done) {
     if (auto checked = check(prepared, done); !checked) return checked;
     messages_.emplace_back(std::move(done));
@@ -167,6 +177,9 @@ Result<void> StagedResult::check(const PreparedJob& prepared, const wire::Result
     if (particles != done.balance.particles)
         return failed("the balance is of " + std::to_string(done.balance.particles) + " particles, the leases of " +
                       std::to_string(particles));
+    if (work_hits_ > done.balance.hits)
+        return failed("the work is of " + std::to_string(work_hits_) + " hits, the balance of " +
+                      std::to_string(done.balance.hits));
     if (texel_hits_ > limits::hits_per_map_max)
         return failed("a map of " + std::to_string(texel_hits_) + " hits came; it is sent before it has so many");
     const std::uint64_t texel_hits = record_hits_ + texel_hits_, surface_hits = record_hits_ + surface_hits_;

@@ -22,6 +22,7 @@ public:
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultMap part);
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultKept part);
     void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultFlights part);
+    void add(const JobSpec& spec, const PreparedJob& prepared, wire::ResultWork part);
 
     /// Says whether the parts agree with each other and with what the result states of itself: parts, hits, balance.
     /// If so the result is complete. Errors: failed, with the sentence for the worker.
@@ -39,8 +40,8 @@ public:
     void refuse_blamelessly(std::string sentence);
     bool blameless() const { return blameless_; }
 
-    /// ResultHits, ResultMap, ResultKept and ResultFlights as they came; the last one is the ResultDone once the result
-    /// is complete.
+    /// ResultHits, ResultMap, ResultKept, ResultFlights and ResultWork as they came; the last one is the ResultDone
+    /// once the result is complete.
     const std::vector<wire::Message>& messages() const { return messages_; }
     /// REQUIRES: complete.
     const wire::ResultDone& done() const { return std::get<wire::ResultDone>(messages_.back()); }
@@ -54,6 +55,7 @@ private:
     std::uint32_t parts_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t record_hits_ = 0, texel_hits_ = 0, surface_hits_ = 0;
+    std::uint64_t work_hits_ = 0;
     std::uint64_t departures_ = 0;
     std::int64_t departed_ = 0;  ///< ticks
     std::string fault_;

@@ -141,7 +141,7 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
 }
 
 std::optional<Evenness> Storage::cut_anew_if_uneven(JobLog& log, double above) {
-    LearnedCut learned = learn_cut(log.sums().prepared(), log.cut(), log.sums().sums().texels());
+    LearnedCut learned = log.learned_cut();
     if (!learned.evenness.is_worth_a_cut(above)) return std::nullopt;
     log.cut_by(std::move(learned.cut));
     return learned.evenness;
@@ -150,7 +150,7 @@ std::optional<Evenness> Storage::cut_anew_if_uneven(JobLog& log, double above) {
 Evenness Storage::measure(const MeasureCut& effect) const {
     const auto log = logs_.find(effect.job);
     if (log == logs_.end()) return {};
-    return learn_cut(log->second.sums().prepared(), log->second.cut(), log->second.sums().sums().texels()).evenness;
+    return log->second.learned_cut().evenness;
 }
 
 /// The scene, or what stands for it.

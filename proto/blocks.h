@@ -3,6 +3,7 @@
 #include "common/solution/solution.h"
 #include "common/support/limits.h"
 #include "common/transport/flight.h"
+#include "common/transport/work_meter.h"
 
 #include <array>
 #include <cstdint>
@@ -58,7 +59,7 @@ bool possible_flight(const FlightRecord& record);
 template <class T>
 inline constexpr bool travels_as_block = std::is_trivially_copyable_v<T>&& std::has_unique_object_representations_v<T>;
 static_assert(travels_as_block<HitRecord> && travels_as_block<KeptHit> && travels_as_block<TexelDelta> &&
-              travels_as_block<SurfaceDelta> && travels_as_block<FlightRecord> && travels_as_block<Digest> &&
-              travels_as_block<std::byte>);
+              travels_as_block<SurfaceDelta> && travels_as_block<FlightRecord> && travels_as_block<SubspaceWork> &&
+              travels_as_block<Digest> && travels_as_block<std::byte>);
 
 }  // namespace lumenfarm::wire

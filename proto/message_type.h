@@ -38,6 +38,7 @@ enum class MessageType : std::uint16_t {
     result_done = 35,
     result_ack = 36,
     result_flights = 37,
+    result_work = 38,
     // chunked files: compiled scenes and solutions
     manifest_request = 48,
     manifest = 49,
@@ -94,6 +95,7 @@ inline constexpr auto message_rules = std::to_array<MessageRule>({
     {MessageType::result_map, from_worker, bulk_payload_bytes_max, "ResultMap"},
     {MessageType::result_kept, from_worker, bulk_payload_bytes_max, "ResultKept"},
     {MessageType::result_flights, from_worker, bulk_payload_bytes_max, "ResultFlights"},
+    {MessageType::result_work, from_worker, bulk_payload_bytes_max, "ResultWork"},
     {MessageType::result_done, from_worker, list_payload_bytes_max, "ResultDone"},
     {MessageType::result_ack, from_master, small_payload_bytes_max, "ResultAck"},
     {MessageType::manifest_request, from_client, small_payload_bytes_max, "ManifestRequest"},

@@ -17,11 +17,11 @@
 /// Every message, and its way into and out of a frame.
 namespace lumenfarm::wire {
 
-using Message =
-    std::variant<Hello, Welcome, Goodbye, Heartbeat, HeartbeatReply, Refusal, Pull, JobInfo, Lease, JobGone,
-                 ReturnLeases, Progress, Drain, PartsHeld, ResultHits, ResultMap, ResultKept, ResultFlights, ResultDone,
-                 ResultAck, ManifestRequest, Manifest, ChunkRequest, Chunk, Submit, SubmitReply, StatusRequest,
-                 StatusReply, WorkersRequest, WorkersReply, ControlRequest, ControlReply, FetchRequest, FetchReply>;
+using Message = std::variant<Hello, Welcome, Goodbye, Heartbeat, HeartbeatReply, Refusal, Pull, JobInfo, Lease, JobGone,
+                             ReturnLeases, Progress, Drain, PartsHeld, ResultHits, ResultMap, ResultKept, ResultFlights,
+                             ResultWork, ResultDone, ResultAck, ManifestRequest, Manifest, ChunkRequest, Chunk, Submit,
+                             SubmitReply, StatusRequest, StatusReply, WorkersRequest, WorkersReply, ControlRequest,
+                             ControlReply, FetchRequest, FetchReply>;
 static_assert(std::variant_size_v<Message> == message_rules.size());
 
 MessageType type_of(const Message& message);

@@ -28,6 +28,17 @@ bool ResultFlights::valid() const {
            std::ranges::all_of(flights, possible_flight);
 }
 
+bool ResultWork::valid() const {
+    constexpr auto nanoseconds_max = static_cast<std::uint64_t>(limits::result_seconds_max * 1e9);
+    const auto possible = [](const SubspaceWork& each) {
+        return each.subspace < limits::subspaces_max && each.hits <= limits::hits_per_map_max &&
+               each.nanoseconds <= nanoseconds_max;
+    };
+    const auto not_ascending = [](const SubspaceWork& a, const SubspaceWork& b) { return a.subspace >= b.subspace; };
+    return part.sequence < limits::parts_per_result_max && !work.empty() && std::ranges::all_of(work, possible) &&
+           std::ranges::adjacent_find(work, not_ascending) == work.end();
+}
+
 bool ResultDone::valid() const {
     const auto possible = [](double seconds) { return seconds >= 0 && seconds <= limits::result_seconds_max; };
     if (claims.empty() || parts > limits::parts_per_result_max) return false;

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-/// A result: parts 0 .. n - 1 (ResultHits, ResultMap, ResultKept, ResultFlights in any mixture), then ResultDone, then
-/// the master's ResultAck. It covers ranges of one or more leases of one job and is merged whole or not at all.
-/// `result` is a number of the worker's own, never used twice by one instance (Hello). After a reconnect a result that
-/// has no ack is sent again from part 0; the master drops the parts of a session that ended.
+/// A result: parts 0 .. n - 1 (ResultHits, ResultMap, ResultKept, ResultFlights, ResultWork in any mixture), then
+/// ResultDone, then the master's ResultAck. It covers ranges of one or more leases of one job and is merged whole or
+/// not at all. `result` is a number of the worker's own, never used twice by one instance (Hello). After a reconnect a
+/// result that has no ack is sent again from part 0; the master drops the parts of a session that ended.
 namespace lumenfarm::wire {
 
 /// Names one part of a result.
@@ -123,6 +123,25 @@ struct ResultFlights {
 };
 static_assert(limits::flights_per_message_max * limits::flight_record_bytes + 256 <=
               payload_bytes_max(MessageType::result_flights));
+
+/// worker -> master, strategy `subspaces`: what following some of the particles took in the subspaces that the worker
+/// holds, from which the master learns where to cut. It decides nothing else.
+struct ResultWork {
+    static constexpr auto type = MessageType::result_work;
+    PartId part;
+    std::vector<SubspaceWork> work;  ///< 1 to limits::subspaces_max, subspaces ascend strictly
+
+    ResultWork() = default;
+    ResultWork(const PartId& part_, std::vector<SubspaceWork> work_) : part(part_), work(std::move(work_)) {}
+    bool operator==(const ResultWork&) const = default;
+    bool valid() const;
+
+    template <class Archive>
+    void serialize(Archive& ar, unsigned) {
+        fields(ar, part, block(work, limits::subspaces_max));
+    }
+};
+static_assert(limits::subspaces_max * sizeof(SubspaceWork) + 256 <= payload_bytes_max(MessageType::result_work));
 
 /// What a result covers of a lease: its whole range or a part of it (law 4).
 struct Claim {

@@ -53,6 +53,10 @@ void MergedResult::add(const wire::ResultFlights& part) {
     flights.insert(flights.end(), part.flights.begin(), part.flights.end());
 }
 
+void MergedResult::add(const wire::ResultWork& part) {
+    for (const SubspaceWork& each : part.work) parcel_.add_work(each);
+}
+
 bool MergedResult::claims(std::uint64_t lease) const {
     return std::any_of(parcel_.claims.begin(), parcel_.claims.end(),
                        [&](const wire::Claim& claim) { return claim.lease == lease; });

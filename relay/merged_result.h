@@ -38,6 +38,7 @@ private:
     void add(const wire::ResultMap& part);
     void add(const wire::ResultKept& part);
     void add(const wire::ResultFlights& part);
+    void add(const wire::ResultWork& part);
 
     JobId job_;
     std::uint32_t hits_per_message_;

@@ -37,6 +37,14 @@ void Parcel::add_hits(std::uint32_t light, std::span<const HitRecord> records,
     of_light.energies.insert(of_light.energies.end(), energies.begin(), energies.end());
 }
 
+void Parcel::add_work(const SubspaceWork& more) {
+    constexpr auto nanoseconds_max = static_cast<std::uint64_t>(limits::result_seconds_max * 1e9);
+    SubspaceWork& all = work[more.subspace];
+    all.subspace = more.subspace;
+    all.hits += more.hits;
+    all.nanoseconds = std::min(all.nanoseconds + more.nanoseconds, nanoseconds_max);
+}
+
 void Parcel::add_claim(const wire::Claim& claim) {
     wire::Claim* last = claims.empty() ? nullptr : &claims.back();
     const bool goes_on = last && last->lease == claim.lease && last->range.source == claim.range.source &&
@@ -86,6 +94,7 @@ void ParcelReader::rewind() {
     lights_ = records_ = texels_ = surfaces_ = kept_ = flights_ = 0;
     subspace_.reset();
     if (!parcel_->flights.empty()) subspace_ = parcel_->flights.begin()->first;
+    work_sent_ = parcel_->work.empty();
     parts_ = 0;
     finished_ = false;
 }
@@ -99,6 +108,7 @@ std::optional<wire::Message> ParcelReader::next() {
     if (maps_left) return next_map(part);
     if (kept_ < parcel_->kept.size()) return next_kept(part);
     if (subspace_) return next_flights(part);
+    if (!work_sent_) return next_work(part);
     finished_ = true;
     return wire::ResultDone(parcel_->job, number_, parcel_->claims, --parts_, parcel_->balance, parcel_->trace_s,
                             parcel_->cpu_s);
@@ -125,6 +135,13 @@ wire::Message ParcelReader::next_flights(const wire::PartId& part) {
     const auto after = std::next(at);
     subspace_ = after == parcel_->flights.end() ? std::nullopt : std::optional(after->first);
     return message;
+}
+
+wire::Message ParcelReader::next_work(const wire::PartId& part) {
+    std::vector<SubspaceWork> work;
+    for (const auto& [subspace, each] : parcel_->work) work.push_back(each);
+    work_sent_ = true;
+    return wire::ResultWork(part, std::move(work));
 }
 
 wire::Message ParcelReader::next_map(const wire::PartId& part) {

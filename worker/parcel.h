@@ -31,6 +31,7 @@ struct Parcel {
 
     std::vector<LightHits> hits;                                       ///< packing records
     std::map<std::uint32_t, std::vector<wire::FlightRecord>> flights;  ///< by the subspace in which they go on
+    std::map<std::uint32_t, SubspaceWork> work;                        ///< by subspace
 
     std::vector<wire::TexelDelta> texels;  ///< packing maps
     std::vector<wire::SurfaceDelta> surfaces;
@@ -39,6 +40,7 @@ struct Parcel {
     std::size_t bytes() const;
     /// Hits of one light go together. `energies`: empty, or one a record.
     void add_hits(std::uint32_t light, std::span<const HitRecord> records, std::span<const std::uint32_t> energies);
+    void add_work(const SubspaceWork& more);
     /// What goes on where the claim before ended is one with it.
     void add_claim(const wire::Claim& claim);
 };
@@ -63,6 +65,7 @@ private:
     wire::Message next_map(const wire::PartId& part);
     wire::Message next_kept(const wire::PartId& part);
     wire::Message next_flights(const wire::PartId& part);
+    wire::Message next_work(const wire::PartId& part);
 
     const Parcel* parcel_;
     std::uint64_t number_;
@@ -72,6 +75,7 @@ private:
     std::size_t texels_ = 0, surfaces_ = 0, kept_ = 0;  ///< sent so far
     std::optional<std::uint32_t> subspace_;             ///< whose flights are being sent; none: all are
     std::size_t flights_ = 0;                           ///< of them that are sent
+    bool work_sent_ = false;
     std::uint32_t parts_ = 0;
     bool finished_ = false;
 };

@@ -46,7 +46,7 @@ struct SlotClocks {
 
 class TraceSlot {
 public:
-    explicit TraceSlot(SlotClocks clocks) : clocks_(std::move(clocks)) {}
+    explicit TraceSlot(SlotClocks clocks) : clocks_(std::move(clocks)), meter_(clocks_.cpu_s) {}
 
     /// REQUIRES: no set is left, and an open result is of the same job.
     void begin(SetWork work);
@@ -58,7 +58,7 @@ public:
 
 private:
     void trace_slice();
-    void trace_in_territory(const ParticleRange& slice);
+    void trace_in_territory(const ParticleRange& slice, WorkMeter* meter);
     void keep(std::uint32_t light);
     void keep_sums(std::uint32_t light);
     void keep_candidates(std::uint32_t light);
@@ -68,6 +68,8 @@ private:
     Parcel close();
 
     SlotClocks clocks_;
+    WorkMeter meter_;
+    std::uint64_t slices_ = 0;
     std::optional<SetWork> set_;
     ParticleRange left_;
     std::shared_ptr<const JobContext> open_job_;  ///< of the open result; null: none

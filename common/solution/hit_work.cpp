@@ -50,6 +50,29 @@ std::vector<SpreadWork> hit_work(const Scene& scene, const TexelLayout& layout, 
     return work;
 }
 
+std::vector<SpreadWork> costed_work(std::vector<SpreadWork> hits, const Subspaces& cut,
+                                    std::span<const SubspaceCost> costs) {
+    SubspaceCost all;
+    for (const SubspaceCost& each : costs) {
+        all.hits += each.hits;
+        all.seconds += each.seconds;
+    }
+    if (all.hits == 0 || all.seconds <= 0) return hits;
+    const double hits_a_second = static_cast<double>(all.hits) / all.seconds;
+    double seen = 0;
+    for (SpreadWork& each : hits) {
+        seen += each.work;
+        const SubspaceCost& cost = costs[cut.partition().of((each.box.low + each.box.high) * 0.5)];
+        if (cost.hits > 0) each.work *= cost.seconds * hits_a_second / static_cast<double>(cost.hits);
+    }
+    // what was measured may be a part of what there is
+    const double scale = seen / static_cast<double>(all.hits);
+    for (std::size_t subspace = 0; subspace < costs.size(); ++subspace)
+        if (costs[subspace].hits == 0 && costs[subspace].seconds > 0)
+            hits.push_back({cut.all()[subspace].box, costs[subspace].seconds * hits_a_second * scale});
+    return hits;
+}
+
 std::vector<SpreadWork> corrected_work(std::vector<SpreadWork> planned, std::span<const SpreadWork> measured) {
     double weight = 0;
     for (const SpreadWork& each : planned) weight += each.work;

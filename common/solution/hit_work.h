@@ -5,6 +5,7 @@
 #include "common/solution/solution.h"
 #include "common/solution/texel_layout.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,18 @@ namespace lumenfarm {
 /// The hits of each texel of either side, in the texel's bounding box; where there are too many texels, those of each
 /// triangle. What has no hits is left out. REQUIRES: `layout` is of the scene, `texels` of the layout.
 std::vector<SpreadWork> hit_work(const Scene& scene, const TexelLayout& layout, std::span<const TexelSums> texels);
+
+/// What following particles took in a subspace.
+struct SubspaceCost {
+    std::uint64_t hits = 0;
+    double seconds = 0;
+};
+
+/// Work in hits, weighed by what hits took: where one takes twice the time of an average one, it counts as two. Time in
+/// a subspace that had no hits lies evenly in it. `costs`: by subspace of `cut`; where nothing was measured, hits count
+/// as they are.
+std::vector<SpreadWork> costed_work(std::vector<SpreadWork> hits, const Subspaces& cut,
+                                    std::span<const SubspaceCost> costs);
 
 /// The planned work counts as so many hits: what was measured outweighs it as soon as there is much more of that.
 inline constexpr double planned_hits = 10'000;

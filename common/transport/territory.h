@@ -6,6 +6,7 @@
 #include "common/transport/emitter.h"
 #include "common/transport/part_tracer.h"
 #include "common/transport/tracer.h"
+#include "common/transport/work_meter.h"
 
 #include <cstdint>
 #include <memory>
@@ -27,15 +28,16 @@ public:
 
     /// Lets particles leave their light, and follows them as trace() does. `emitter`: of the same scene.
     void emit(const JobSpec& spec, const ParticleRange& range, const Emitter& emitter, TracedHits& hits,
-              std::vector<Departure>& departures) const;
+              std::vector<Departure>& departures, WorkMeter* meter) const;
     /// Follows particles of one light until they end, and appends to `departures` those that go on elsewhere.
-    /// Otherwise as PartTracer::trace.
+    /// Otherwise as PartTracer::trace. `meter`, if there is one, learns what each subspace took, where
+    /// they are traced one by one.
     void trace(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, TracedHits& hits,
-               std::vector<Departure>& departures) const;
+               std::vector<Departure>& departures, WorkMeter* meter) const;
 
 private:
     void trace_parts(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, TracedHits& hits,
-                     std::vector<Departure>& departures) const;
+                     std::vector<Departure>& departures, WorkMeter* meter) const;
 
     std::shared_ptr<const TracerScene> whole_;
     const Partition* partition_ = nullptr;

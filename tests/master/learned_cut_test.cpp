@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <vector>
@@ -35,18 +36,63 @@ protected:
 
 TEST_F(LearnedCuts, ShareOutWhatThePlanDidNotExpect) {
     std::vector<TexelSums> texels(prepared_->layout.texel_count());
-    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels).evenness.now, 1) << "nothing is known";
+    const std::vector<SubspaceCost> unknown(planned().subspaces());
+    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels, unknown).evenness.now, 1) << "nothing is known";
     // all hits are on one triangle
     const std::uint64_t first = prepared_->layout.first_texel(0, 0), last = prepared_->layout.first_texel(0, 1);
     for (std::uint64_t texel = first; texel < last; ++texel) texels[texel].hits = 1'000'000;
-    const LearnedCut learned = learn_cut(*prepared_, planned(), texels);
+    const LearnedCut learned = learn_cut(*prepared_, planned(), texels, unknown);
     EXPECT_GT(learned.evenness.now, 1.5);
     EXPECT_LT(learned.evenness.learned, learned.evenness.now);
     EXPECT_TRUE(learned.evenness.is_worth_a_cut(1.25));
     EXPECT_EQ(learned.cut.subspaces(), planned().subspaces());
-    const LearnedCut again = learn_cut(*prepared_, learned.cut, texels);
+    const LearnedCut again = learn_cut(*prepared_, learned.cut, texels, unknown);
     EXPECT_DOUBLE_EQ(again.evenness.now, learned.evenness.learned);
     EXPECT_FALSE(again.evenness.is_worth_a_cut(1.25)) << "the same hits teach nothing new";
+}
+
+TEST_F(LearnedCuts, ShareOutTheTimeThatHitsTook) {
+    std::vector<TexelSums> texels(prepared_->layout.texel_count());
+    for (TexelSums& texel : texels) texel.hits = 100'000;
+    const std::vector<SubspaceCost> unknown(planned().subspaces());
+    std::vector<SubspaceCost> costs(planned().subspaces(), {1'000'000, 1});
+    const double by_hits = learn_cut(*prepared_, planned(), texels, costs).evenness.now;
+    EXPECT_DOUBLE_EQ(by_hits, learn_cut(*prepared_, planned(), texels, unknown).evenness.now);
+    const std::vector<double> shares = Subspaces::of(prepared_->subspaces->root(), planned())
+                                           .shares(hit_work(prepared_->scene, prepared_->layout, texels));
+    const auto fullest = static_cast<std::size_t>(std::ranges::max_element(shares) - shares.begin());
+    costs[fullest].seconds = 10;
+    const LearnedCut learned = learn_cut(*prepared_, planned(), texels, costs);
+    EXPECT_GT(learned.evenness.now, 1.5 * by_hits);
+    EXPECT_LT(learned.evenness.learned, learned.evenness.now);
+}
+
+TEST_F(LearnedCuts, AddUpWhatResultsSayOfSubspaces) {
+    JobSums sums(spec_, prepared_);
+    const auto add = [&](std::vector<SubspaceWork> work) {
+        StagedResult result(1, 1);
+        result.add(spec_, *prepared_, wire::ResultWork({1, 1, 0}, std::move(work)));
+        sums.merge(result);
+    };
+    add({{0, 10, 500'000'000}, {4, 1, 1'000'000}});
+    add({{4, 2, 1'000'000'000}});
+    EXPECT_EQ(sums.costs()[0].hits, 10u);
+    EXPECT_DOUBLE_EQ(sums.costs()[0].seconds, 0.5);
+    EXPECT_EQ(sums.costs()[4].hits, 3u);
+    EXPECT_DOUBLE_EQ(sums.costs()[4].seconds, 1.001);
+    sums.file_by(planned());
+    EXPECT_EQ(sums.costs()[0].hits, 0u) << "another cut has other subspaces";
+}
+
+TEST_F(LearnedCuts, RefuseWorkThatCannotBe) {
+    StagedResult nowhere(1, 1);
+    nowhere.add(spec_, *prepared_, wire::ResultWork({1, 1, 0}, {{planned().subspaces(), 0, 1}}));
+    EXPECT_NE(nowhere.fault().find("of 6"), std::string::npos) << nowhere.fault();
+    StagedResult too_many(1, 1);
+    too_many.add(spec_, *prepared_, wire::ResultWork({1, 1, 0}, {{0, 1, 1}}));
+    const auto complete = too_many.complete(*prepared_, wire::ResultDone(1, 1, {}, 1, {}, 0, 0));
+    ASSERT_FALSE(complete);
+    EXPECT_NE(complete.error().sentence.find("the work is of 1 hits"), std::string::npos) << complete.error().sentence;
 }
 
 TEST_F(LearnedCuts, FileEveryFlightWhereItIs) {

@@ -82,6 +82,9 @@ TEST(Messages, LargestFitTheirCaps) {
     largest_lease.flights.assign(limits::flights_per_message_max, test::sample_flight());
     std::vector<std::uint32_t> subspaces(limits::subspaces_max);
     std::iota(subspaces.begin(), subspaces.end(), 0u);
+    std::vector<SubspaceWork> all_work;
+    for (std::uint32_t subspace = 0; subspace < limits::subspaces_max; ++subspace)
+        all_work.push_back({subspace, static_cast<std::uint32_t>(limits::hits_per_map_max), 1});
     const std::vector<Message> largest = {
         hello,
         Goodbye(GoodbyeReason::done, text),
@@ -95,6 +98,7 @@ TEST(Messages, LargestFitTheirCaps) {
                   std::vector<SurfaceDelta>(limits::surface_deltas_per_message_max)),
         ResultKept(part, std::vector<KeptHit>(limits::hits_per_message_max)),
         ResultFlights(part, 0, std::vector<FlightRecord>(limits::flights_per_message_max, test::sample_flight())),
+        ResultWork(part, all_work),
         largest_lease,
         PartsHeld(1, subspaces, 1, false),
         ResultDone(1, 1, claims, 1, test::sample_balance(limits::claims_per_result_max), 1, 1),
@@ -132,6 +136,10 @@ TEST(Messages, WhatCannotBeTrueIsRefused) {
     EXPECT_TRUE(refused(PartsHeld(1, {3, 3}, 0, false)));
     EXPECT_TRUE(refused(PartsHeld(1, {limits::subspaces_max}, 0, false)));
     EXPECT_TRUE(refused(ResultFlights(part, 0, {})));
+    EXPECT_TRUE(refused(ResultWork(part, {})));
+    EXPECT_TRUE(refused(ResultWork(part, {{3, 1, 1}, {3, 1, 1}})));
+    EXPECT_TRUE(refused(ResultWork(part, {{limits::subspaces_max, 1, 1}})));
+    EXPECT_TRUE(refused(ResultWork(part, {{3, 1, ~std::uint64_t{0}}}))) << "more seconds than a result takes";
     EXPECT_TRUE(refused(ReturnLeases(ReturnReason::ending, {})));
     EXPECT_TRUE(refused(ResultHits(part, 0, {}, {})));
     EXPECT_TRUE(refused(ResultHits(part, 0, {{}, {}}, {1})));

@@ -128,6 +128,7 @@ inline std::vector<wire::Message> sample_messages() {
         ResultMap(part, {{3, 2, 100, 90, 80, 70, 60}, {9, 1, 50, 40, 30, 20, 10}}, {{0, 33, 100, 80, 2}}),
         ResultKept(part, {{records[0], 1, 65'000}}),
         ResultFlights(part, 7, {sample_flight(), sample_flight()}),
+        ResultWork(part, {{0, 5, 1'000}, {7, 0, 300}}),
         ResultDone(12, 3, {claim, {5, 1, {0, 0, 50}}}, 2, sample_balance(150), 1.25, 1.5),
         ResultAck(12, 3, Verdict::stale, "lease 4 was given out again"),
         ManifestRequest(sample_digest(1)),

@@ -54,6 +54,32 @@ TEST(HitWork, LiesWhereTheHitsAre) {
     }
 }
 
+/// Two halves of a unit cube, of which one may take more time than the other.
+class CostedWork : public ::testing::Test {
+protected:
+    const Box root_{{0, 0, 0}, {1, 1, 1}};
+    const Subspaces halves_ = Subspaces::cut(root_, {{root_, 1}}, 2);
+    const Vec3d in_[2] = {{0.2, 0.5, 0.5}, {0.8, 0.5, 0.5}};
+
+    std::vector<double> shares(const std::vector<SpreadWork>& hits, const std::vector<SubspaceCost>& costs) const {
+        return halves_.shares(costed_work(hits, halves_, costs));
+    }
+};
+
+TEST_F(CostedWork, WeighsHitsByWhatTheyTook) {
+    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 100}, {{in_[1], in_[1]}, 100}};
+    // a quarter of the hits was measured
+    EXPECT_EQ(shares(hits, {{25, 1.5}, {25, 0.5}}), (std::vector<double>{150, 50}));
+    EXPECT_EQ(shares(hits, {{25, 3}, {25, 3}}), (std::vector<double>{100, 100}));
+    EXPECT_EQ(shares(hits, {{0, 0}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured";
+    EXPECT_EQ(shares(hits, {{40, 2}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured of one";
+}
+
+TEST_F(CostedWork, CountsTimeWithoutHits) {
+    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 100}};
+    EXPECT_EQ(shares(hits, {{50, 1}, {0, 1}}), (std::vector<double>{50, 50}));
+}
+
 TEST(HitWork, PlannedWorkCountsAsSomeHits) {
     const Scene scene = testing::mixed_room();
     const WeightedOctree octree = make_weighted_octree(scene, {}, std::vector<double>(scene.lights.size(), 1));

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -47,8 +48,15 @@ struct Parts {
     std::uint32_t made = 0;
 };
 
+/// Each look takes a second.
+double ticking_s() {
+    static double now_s = 0;
+    return now_s += 1;
+}
+
 /// Particles of all lights, from their emission to their end.
-TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec& spec, std::uint64_t particles) {
+TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec& spec, std::uint64_t particles,
+                          WorkMeter& meter) {
     const Emission emission = make_emission(parts.palette.scene).value();
     const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), scene_extent(scene));
     TracedHits hits;
@@ -57,11 +65,15 @@ TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec&
         emitter.emit(spec.seed, {light, 17, particles}, moving, hits.balance);
         for (std::size_t at = 0; !moving.empty(); at = (at + 1) % parts.territories.size()) {
             const std::vector<Departure> arrivals = std::exchange(moving, {});
-            parts.territories[at].trace(spec, light, arrivals, hits, moving);
+            parts.territories[at].trace(spec, light, arrivals, hits, moving, &meter);
             for (const Departure& departure : moving) EXPECT_LE(departure.flight.travelled_m, farthest_m);
         }
     }
     return hits;
+}
+TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec& spec, std::uint64_t particles) {
+    WorkMeter meter(ticking_s);
+    return trace_in_parts(scene, parts, spec, particles, meter);
 }
 
 TracedHits trace_whole(const Scene& scene, const JobSpec& spec, std::uint64_t particles) {
@@ -88,6 +100,34 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
             EXPECT_TRUE(together.balance.closed());
         }
     }
+}
+
+TEST(PartTracer, WorkIsKnownBySubspace) {
+    const Scene scene = mixed_room();
+    const Parts parts(scene, 8, 3);
+    WorkMeter meter(ticking_s);
+    const TracedHits hits = trace_in_parts(scene, parts, {}, 1'000, meter);
+    const std::vector<SubspaceWork> work = meter.take();
+    std::vector<std::uint64_t> expected(8), measured(8);
+    for (const HitRecord& record : hits.records) {
+        const auto& corners = scene.triangles[record.triangle];
+        const auto at = [&](std::size_t k) { return scene.positions[corners[k]].as<double>(); };
+        const double b1 = record.b1 / 65'536.0, b2 = record.b2 / 65'536.0;
+        ++expected[parts.subspaces.partition().of(at(0) + (at(1) - at(0)) * b1 + (at(2) - at(0)) * b2)];
+    }
+    std::uint64_t sum = 0;
+    for (const SubspaceWork& each : work) {
+        measured.at(each.subspace) = each.hits;
+        sum += each.hits;
+        EXPECT_GE(each.nanoseconds, 1'000'000'000u) << "it was looked at the clock";
+    }
+    EXPECT_EQ(sum, hits.balance.hits);
+    // hits at bounds are to either side
+    for (std::size_t subspace = 0; subspace < 8; ++subspace)
+        EXPECT_NEAR(static_cast<double>(measured[subspace]), static_cast<double>(expected[subspace]),
+                    0.02 * static_cast<double>(sum));
+    EXPECT_TRUE(std::ranges::is_sorted(work, {}, &SubspaceWork::subspace));
+    EXPECT_TRUE(meter.take().empty());
 }
 
 /// A worker that has memory for all needs no stop at the bounds of subspaces, wherever particles come from.

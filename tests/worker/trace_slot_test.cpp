@@ -157,6 +157,7 @@ protected:
         auto report = finish(slot);
         if (!report.result) report = *slot.advance(SlotAsk::close);
         ParcelReader reader(*report.result, 1);
+        std::uint32_t parts = 0;
         while (const auto message = reader.next()) {
             if (const auto* leaving = std::get_if<wire::ResultFlights>(&*message)) {
                 auto& waiting = waiting_[leaving->subspace];
@@ -166,7 +167,13 @@ protected:
                 hits_ += hits->records.size();
             } else if (const auto* map = std::get_if<wire::ResultMap>(&*message)) {
                 for (const wire::TexelDelta& texel : map->texels) hits_ += texel.hits;
+            } else if (const auto* work = std::get_if<wire::ResultWork>(&*message)) {
+                EXPECT_TRUE(work->valid());
+                for (const SubspaceWork& each : work->work) measured_[each.subspace] += each.hits;
+            } else {
+                EXPECT_EQ(std::get<wire::ResultDone>(*message).parts, parts);
             }
+            ++parts;
         }
         const EnergyBalance& balance = report.result->balance;
         EXPECT_EQ(balance.emitted + entered, balance.absorbed + balance.escaped + balance.cut_off + departed);
@@ -177,6 +184,7 @@ protected:
     std::shared_ptr<const JobContext> job_;
     std::vector<std::shared_ptr<const Territory>> halves_;
     std::map<std::uint32_t, std::vector<wire::FlightRecord>> waiting_;  ///< by subspace
+    std::map<std::uint32_t, std::uint64_t> measured_;                   ///< hits, by subspace
     EnergyBalance balance_;
     std::uint64_t hits_ = 0;
 };
@@ -188,6 +196,7 @@ TEST_P(SlotsInSubspaces, OneWithTheWholeSceneHasNothingToSendOn) {
     TracerScene::make(planned_.scene).value()->trace(job_->spec, {1, 0, 5'000}, alone);
     trace({1, 0, 5'000}, {}, all);
     EXPECT_TRUE(waiting_.empty());
+    EXPECT_TRUE(measured_.empty()) << "who has all at hand does not know in which subspace a particle is";
     EXPECT_EQ(balance_, alone.balance);
     EXPECT_EQ(hits_, alone.records.size());
 }
@@ -213,6 +222,11 @@ TEST_P(SlotsInSubspaces, TogetherTraceWhatOneTracesAlone) {
         trace({2 + subspace, 100, count}, std::move(flights), halves_[subspace % 2]);
     }
     EXPECT_GT(sets, 8u);
+    std::uint64_t measured = 0;
+    for (const auto& [subspace, hits] : measured_) measured += hits;
+    EXPECT_EQ(measured_.size(), 8u);
+    EXPECT_GT(measured, 1'000u);
+    EXPECT_LT(measured, alone.records.size()) << "some slices stand for all";
     EXPECT_EQ(balance_, alone.balance);
     EXPECT_EQ(hits_, alone.records.size());
 }
