@@ -73,7 +73,7 @@ void JobSums::merge(const wire::ResultKept& part) {
 void JobSums::merge(const wire::ResultWork& part) {
     for (const SubspaceWork& each : part.work) {
         costs_[each.subspace].hits += each.hits;
-        costs_[each.subspace].seconds += 1e-9 * static_cast<double>(each.nanoseconds);
+        costs_[each.subspace].nanoseconds += each.nanoseconds;
     }
 }
 
@@ -102,9 +102,11 @@ Solution JobSums::take(const Digest& scene) {
     return solution;
 }
 
-void JobSums::restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended) {
+void JobSums::restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended,
+                      std::vector<SubspaceCost> costs) {
     flights_ = std::move(flights);
     ended_ = std::move(ended);
+    costs_ = std::move(costs);
     restore(std::move(solution));
 }
 

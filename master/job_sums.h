@@ -25,10 +25,11 @@ public:
     /// Everything so far as a solution, in which what is in flight is booked as cut off; this is of no use until
     /// restore().
     Solution take(const Digest& scene);
-    /// Goes on from a solution of this job, whole or not, and what is in flight. REQUIRES: it was made by take() or
-    /// decoded with the scene.
+    /// Goes on from a solution of this job, whole or not, what is in flight, and costs(). REQUIRES: it was made by
+    /// take() or decoded with the scene.
     void restore(Solution solution);
-    void restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended);
+    void restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended,
+                 std::vector<SubspaceCost> costs);
 
     /// Files what is in flight anew, by another cut in as many subspaces, and numbers it from 0.
     void file_by(const Partition& cut);
@@ -42,7 +43,7 @@ public:
     const SolutionTime& time() const { return time_; }
     /// Hits of a higher priority are not kept any more.
     std::uint64_t keep_threshold() const { return kept_.threshold(); }
-    /// By subspace of the cut in force: what the results merged said. A snapshot does not keep it.
+    /// By subspace of the cut in force: what following particles took, as results say.
     const std::vector<SubspaceCost>& costs() const { return costs_; }
     std::uint64_t bytes() const;  ///< in memory; a snapshot has no more than about those
 

@@ -13,7 +13,7 @@ namespace lumenfarm {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x3250414e53464c4cu;  // "LLFSNAP2"
+constexpr std::uint64_t magic = 0x3350414e53464c4cu;  // "LLFSNAP3"
 constexpr std::size_t checksum_bytes = 8;
 
 Error damaged() { return bad_input("the snapshot is truncated or damaged"); }
@@ -41,12 +41,14 @@ Result<void> read_queue(ByteReader& in, std::uint32_t subspace, JobSnapshot& sna
 }  // namespace
 
 std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Partition& cut,
-                                       const FlightQueues& flights, const std::vector<IntervalSet>& ended) {
+                                       const std::vector<SubspaceCost>& costs, const FlightQueues& flights,
+                                       const std::vector<IntervalSet>& ended) {
     if (flights.subspaces() == 0) return solution;
     ByteWriter out;
     out.value(magic);
     out.block<std::byte>(solution);
     out.block<Partition::Node>(cut.nodes());
+    out.block<SubspaceCost>(costs);
     for (std::uint32_t subspace = 0; subspace < flights.subspaces(); ++subspace) {
         out.value(flights.filed(subspace));
         out.block<IntervalSet::Interval>(ended[subspace].intervals());
@@ -65,7 +67,8 @@ std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Pa
 Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const PreparedJob& prepared,
                                     const Digest& scene) {
     const std::size_t subspaces = prepared.sources() - prepared.particles.size();
-    JobSnapshot snapshot{{}, {}, FlightQueues(subspaces), std::vector<IntervalSet>(subspaces)};
+    JobSnapshot snapshot{
+        {}, {}, std::vector<SubspaceCost>(subspaces), FlightQueues(subspaces), std::vector<IntervalSet>(subspaces)};
     if (ByteReader(bytes).value<std::uint64_t>() != magic) {
         auto alone = decode_solution(bytes, prepared.scene, scene);
         if (!alone) return alone.error();
@@ -85,6 +88,8 @@ Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const Prep
     if (!cut) return cut.error();
     if (cut->subspaces() != subspaces) return damaged();
     snapshot.cut = std::move(*cut);
+    snapshot.costs = in.block<SubspaceCost>(limits::subspaces_max);
+    if (snapshot.costs.size() != subspaces) return damaged();
     for (std::uint32_t subspace = 0; subspace < subspaces; ++subspace)
         if (const auto read = read_queue(in, subspace, snapshot); !read) return read.error();
     if (in.remaining() != 0) return damaged();

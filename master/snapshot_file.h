@@ -16,13 +16,15 @@ namespace lumenfarm {
 struct JobSnapshot {
     Solution solution;  ///< what is in flight is booked as cut off
     Partition cut;      ///< in subspaces; empty: as the job is prepared
+    std::vector<SubspaceCost> costs;
     FlightQueues flights;
     std::vector<IntervalSet> ended;  ///< flights, by subspace
 };
 
-/// `solution`: its bytes. `cut`: that the flights are filed by.
+/// `solution`: its bytes. `cut`: that the flights are filed by, and the costs are of.
 std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Partition& cut,
-                                       const FlightQueues& flights, const std::vector<IntervalSet>& ended);
+                                       const std::vector<SubspaceCost>& costs, const FlightQueues& flights,
+                                       const std::vector<IntervalSet>& ended);
 /// Reads foreign bytes. Errors: bad_input.
 Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const PreparedJob& prepared, const Digest& scene);
 

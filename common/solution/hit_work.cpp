@@ -55,21 +55,24 @@ std::vector<SpreadWork> costed_work(std::vector<SpreadWork> hits, const Subspace
     SubspaceCost all;
     for (const SubspaceCost& each : costs) {
         all.hits += each.hits;
-        all.seconds += each.seconds;
+        all.nanoseconds += each.nanoseconds;
     }
-    if (all.hits == 0 || all.seconds <= 0) return hits;
-    const double hits_a_second = static_cast<double>(all.hits) / all.seconds;
+    if (all.hits == 0 || all.nanoseconds == 0) return hits;
+    const double hits_a_nanosecond = static_cast<double>(all.hits) / static_cast<double>(all.nanoseconds);
+    const auto worth = [&](const SubspaceCost& cost) {
+        return hits_a_nanosecond * static_cast<double>(cost.nanoseconds);
+    };
     double seen = 0;
     for (SpreadWork& each : hits) {
         seen += each.work;
         const SubspaceCost& cost = costs[cut.partition().of((each.box.low + each.box.high) * 0.5)];
-        if (cost.hits > 0) each.work *= cost.seconds * hits_a_second / static_cast<double>(cost.hits);
+        if (cost.hits > 0) each.work *= worth(cost) / static_cast<double>(cost.hits);
     }
     // what was measured may be a part of what there is
     const double scale = seen / static_cast<double>(all.hits);
     for (std::size_t subspace = 0; subspace < costs.size(); ++subspace)
-        if (costs[subspace].hits == 0 && costs[subspace].seconds > 0)
-            hits.push_back({cut.all()[subspace].box, costs[subspace].seconds * hits_a_second * scale});
+        if (costs[subspace].hits == 0 && costs[subspace].nanoseconds > 0)
+            hits.push_back({cut.all()[subspace].box, scale * worth(costs[subspace])});
     return hits;
 }
 

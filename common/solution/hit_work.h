@@ -19,7 +19,8 @@ std::vector<SpreadWork> hit_work(const Scene& scene, const TexelLayout& layout, 
 /// What following particles took in a subspace.
 struct SubspaceCost {
     std::uint64_t hits = 0;
-    double seconds = 0;
+    std::uint64_t nanoseconds = 0;
+    bool operator==(const SubspaceCost&) const = default;
 };
 
 /// Work in hits, weighed by what hits took: where one takes twice the time of an average one, it counts as two. Time in

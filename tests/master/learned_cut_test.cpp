@@ -55,13 +55,13 @@ TEST_F(LearnedCuts, ShareOutTheTimeThatHitsTook) {
     std::vector<TexelSums> texels(prepared_->layout.texel_count());
     for (TexelSums& texel : texels) texel.hits = 100'000;
     const std::vector<SubspaceCost> unknown(planned().subspaces());
-    std::vector<SubspaceCost> costs(planned().subspaces(), {1'000'000, 1});
+    std::vector<SubspaceCost> costs(planned().subspaces(), {1'000'000, 1'000'000'000});
     const double by_hits = learn_cut(*prepared_, planned(), texels, costs).evenness.now;
     EXPECT_DOUBLE_EQ(by_hits, learn_cut(*prepared_, planned(), texels, unknown).evenness.now);
     const std::vector<double> shares = Subspaces::of(prepared_->subspaces->root(), planned())
                                            .shares(hit_work(prepared_->scene, prepared_->layout, texels));
     const auto fullest = static_cast<std::size_t>(std::ranges::max_element(shares) - shares.begin());
-    costs[fullest].seconds = 10;
+    costs[fullest].nanoseconds *= 10;
     const LearnedCut learned = learn_cut(*prepared_, planned(), texels, costs);
     EXPECT_GT(learned.evenness.now, 1.5 * by_hits);
     EXPECT_LT(learned.evenness.learned, learned.evenness.now);
@@ -77,9 +77,9 @@ TEST_F(LearnedCuts, AddUpWhatResultsSayOfSubspaces) {
     add({{0, 10, 500'000'000}, {4, 1, 1'000'000}});
     add({{4, 2, 1'000'000'000}});
     EXPECT_EQ(sums.costs()[0].hits, 10u);
-    EXPECT_DOUBLE_EQ(sums.costs()[0].seconds, 0.5);
+    EXPECT_EQ(sums.costs()[0].nanoseconds, 500'000'000u);
     EXPECT_EQ(sums.costs()[4].hits, 3u);
-    EXPECT_DOUBLE_EQ(sums.costs()[4].seconds, 1.001);
+    EXPECT_EQ(sums.costs()[4].nanoseconds, 1'001'000'000u);
     sums.file_by(planned());
     EXPECT_EQ(sums.costs()[0].hits, 0u) << "another cut has other subspaces";
 }
@@ -120,7 +120,7 @@ TEST_F(LearnedCuts, FileEveryFlightWhereItIs) {
     const std::int64_t energy = flights.energy();
     JobSums sums(spec_, prepared_);
     Solution none = JobSums(spec_, prepared_).take({});
-    sums.restore(std::move(none), std::move(flights), std::move(ended));
+    sums.restore(std::move(none), std::move(flights), std::move(ended), std::vector<SubspaceCost>(subspaces));
     const Box& root = prepared_->subspaces->root();
     const Subspaces other =
         Subspaces::cut(root, {{{root.low, root.low + (root.high - root.low) * 0.3}, 1}, {root, 1}}, 6);

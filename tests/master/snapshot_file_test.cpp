@@ -24,6 +24,8 @@ protected:
         const std::size_t subspaces = prepared_->sources() - prepared_->particles.size();
         flights_ = FlightQueues(subspaces);
         ended_.resize(subspaces);
+        costs_.resize(subspaces);
+        costs_[3] = {40, 12'000};
         solution_ = encode_solution(JobSums(spec, prepared_).take(scene_)).bytes;
         for (std::uint32_t i = 0; i < 3; ++i) flights_.file(2, FlightQueues::Flights(10, flight(i)));
         EXPECT_TRUE(ended_[2].insert(5, 15));
@@ -37,7 +39,7 @@ protected:
         return wire::pack_flight(flight, 0);
     }
     std::vector<std::byte> bytes() const {
-        return encode_snapshot(solution_, prepared_->subspaces->partition(), flights_, ended_);
+        return encode_snapshot(solution_, prepared_->subspaces->partition(), costs_, flights_, ended_);
     }
     Result<JobSnapshot> read(std::span<const std::byte> bytes) const {
         return decode_snapshot(bytes, *prepared_, scene_);
@@ -48,6 +50,7 @@ protected:
     std::shared_ptr<const PreparedJob> prepared_;
     FlightQueues flights_;
     std::vector<IntervalSet> ended_;
+    std::vector<SubspaceCost> costs_;
     std::vector<std::byte> solution_;
 };
 
@@ -61,6 +64,7 @@ TEST_F(SnapshotFile, FlightsComeBackUnderTheirNumbers) {
     EXPECT_EQ(snapshot->ended[2].intervals(), ended_[2].intervals());
     EXPECT_EQ(snapshot->flights.filed(0), 0u);
     EXPECT_EQ(snapshot->cut, prepared_->subspaces->partition());
+    EXPECT_EQ(snapshot->costs, costs_);
 }
 
 TEST_F(SnapshotFile, NumbersOfFlightsThatHaveAllEndedAreNotGivenAgain) {

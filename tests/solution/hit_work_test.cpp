@@ -69,10 +69,10 @@ protected:
 TEST_F(CostedWork, WeighsHitsByWhatTheyTook) {
     const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 100}, {{in_[1], in_[1]}, 100}};
     // a quarter of the hits was measured
-    EXPECT_EQ(shares(hits, {{25, 1.5}, {25, 0.5}}), (std::vector<double>{150, 50}));
+    EXPECT_EQ(shares(hits, {{25, 15}, {25, 5}}), (std::vector<double>{150, 50}));
     EXPECT_EQ(shares(hits, {{25, 3}, {25, 3}}), (std::vector<double>{100, 100}));
     EXPECT_EQ(shares(hits, {{0, 0}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured";
-    EXPECT_EQ(shares(hits, {{40, 2}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured of one";
+    EXPECT_EQ(shares(hits, {{40, 20}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured of one";
 }
 
 TEST_F(CostedWork, CountsTimeWithoutHits) {
