@@ -8,7 +8,8 @@ LearnedCut learn_cut(const PreparedJob& prepared, const Partition& cut, std::spa
                      std::span<const SubspaceCost> costs) {
     const Box& root = prepared.subspaces->root();
     const Subspaces now = Subspaces::of(root, cut);
-    const auto measured = costed_work(hit_work(prepared.scene, prepared.layout, texels), now, costs);
+    auto measured = hit_work(prepared.scene, prepared.layout, texels);
+    if (cut != prepared.subspaces->partition()) measured = costed_work(std::move(measured), now, costs);
     // the subspaces that the job began with stand for the weights of the octree
     std::vector<SpreadWork> planned;
     for (const Subspace& subspace : prepared.subspaces->all()) planned.push_back({subspace.box, subspace.weight});

@@ -14,7 +14,9 @@ struct LearnedCut {
     Partition cut;
 };
 
-/// `costs`: by subspace of `cut`. REQUIRES: the job has subspaces, `cut` as many; `texels` is of its layout.
+/// Of the cut that the job began with only hits count, of later ones also `costs`, by subspace: what was taken in the
+/// very uneven subspaces of a plan says little of the smaller ones to come. REQUIRES: the job has subspaces, `cut` as
+/// many; `texels` is of its layout.
 LearnedCut learn_cut(const PreparedJob& prepared, const Partition& cut, std::span<const TexelSums> texels,
                      std::span<const SubspaceCost> costs);
 

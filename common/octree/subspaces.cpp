@@ -87,6 +87,22 @@ struct Plane {
     double plane_m = 0;
 };
 
+/// A plane through flat work parts nothing of it: rays meet it now on this side, now on that. The planes next to it
+/// that do not run through such work, or the plane itself where none does.
+std::vector<double> clear_planes(double plane, const Cell& cell, std::size_t axis) {
+    const double margin = (cell.box.high[axis] - cell.box.low[axis]) / 4096;
+    double low = plane, high = plane;
+    bool clear = true;
+    for (const SpreadWork& each : cell.work) {
+        const bool is_flat = each.box.high[axis] - each.box.low[axis] <= margin;
+        if (!is_flat || each.box.high[axis] < plane - margin || each.box.low[axis] > plane + margin) continue;
+        low = std::min(low, each.box.low[axis]);
+        high = std::max(high, each.box.high[axis]);
+        clear = false;
+    }
+    return clear ? std::vector<double>{plane} : std::vector<double>{low - margin, high + margin};
+}
+
 /// The first that parts the work well enough, or else the one that does it best: flat work can't be parted across it.
 Plane best_plane(const Cell& cell, double wanted) {
     constexpr double tolerated = 0.02;  ///< of the work on the wrong side
@@ -94,13 +110,14 @@ Plane best_plane(const Cell& cell, double wanted) {
     Plane best;
     double least_error = std::numeric_limits<double>::infinity();
     for (const std::size_t axis : by_length(cell.box)) {
-        const double plane = plane_with(wanted, cell, axis);
-        double below = 0;
-        for (const SpreadWork& each : cell.work) below += each.work * fraction_below(each.box, axis, plane);
-        const double error = std::abs(below - wanted);
-        if (error < least_error) best = {axis, plane};
-        least_error = std::min(least_error, error);
-        if (error <= tolerated * whole) break;
+        for (const double plane : clear_planes(plane_with(wanted, cell, axis), cell, axis)) {
+            double below = 0;
+            for (const SpreadWork& each : cell.work) below += each.work * fraction_below(each.box, axis, plane);
+            const double error = std::abs(below - wanted);
+            if (error < least_error) best = {axis, plane};
+            least_error = std::min(least_error, error);
+        }
+        if (least_error <= tolerated * whole) break;
     }
     return best;
 }

@@ -2,9 +2,13 @@
 #include "cli/products/inspect_cuts.h"
 #include "common/solution/hit_work.h"
 #include "tests/solution/traced_run.h"
+#include "tests/transport/scene_in_parts.h"
+
+#include <time.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -25,24 +29,76 @@ WeightedOctree planned(const LoadedRun& run) {
     return make_weighted_octree(run.scene, {}, shares);
 }
 
-/// What the cut learned from a tenth of a job is worth for the others, beside cuts that have learned nothing.
+double processor_s() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Particles of a scene in parts: where they left hits, and what each subspace took.
+struct Measured {
+    LightMap map;
+    std::vector<SubspaceCost> costs;
+
+    double imbalance_of(std::uint64_t SubspaceCost::*what) const {
+        std::vector<double> shares;
+        for (const SubspaceCost& cost : costs) shares.push_back(static_cast<double>(cost.*what));
+        return imbalance(shares);
+    }
+};
+
+Measured measure(const LoadedRun& run, const Subspaces& cut, std::uint64_t particles, std::uint64_t seed) {
+    const testing::SceneInParts parts(run.scene, cut);
+    const Emission emission = make_emission(parts.palette.scene).value();
+    const Emitter emitter(parts.palette, emission, cut.partition(), parts.extent);
+    JobSpec spec;
+    spec.seed = seed;
+    WorkMeter meter(processor_s);
+    Measured measured{LightMap(run.layout), std::vector<SubspaceCost>(cut.all().size())};
+    const auto of_lights = apportion(emission, particles);
+    for (std::uint32_t light = 0; light < of_lights.size(); ++light)
+        for (std::uint64_t first = 0; first < of_lights[light]; first += limits::slice_particles) {
+            TracedHits hits;
+            std::vector<Departure> departures;
+            const std::uint64_t count = std::min(limits::slice_particles, of_lights[light] - first);
+            parts.territories[0].emit(spec, {light, first, count}, emitter, hits, departures, &meter);
+            measured.map.add(emission, light, hits.records, hits.energies);
+        }
+    for (const SubspaceWork& each : meter.take()) measured.costs[each.subspace] = {each.hits, each.nanoseconds};
+    return measured;
+}
+
+/// What a cut learns from some particles is worth for others, beside cuts that have learned nothing.
 void expect_learned(const std::string& name, const Scene& scene) {
-    const LoadedRun tenth = traced(scene, 100'000, 1), rest = traced(scene, 900'000, 2);
-    const WeightedOctree octree = planned(tenth);
+    const LoadedRun run = traced(scene, 1'000, 1);
+    const WeightedOctree octree = planned(run);
     const Box root = octree.octree().box(Octree::root());
-    const auto seen = hit_work(tenth.scene, tenth.layout, tenth.solution.texels);
-    const auto to_come = hit_work(rest.scene, rest.layout, rest.solution.texels);
     for (const std::uint32_t count : {8u, 16u, 64u}) {
         if (count > Subspaces::most(octree)) continue;
-        const auto measured = [&](std::vector<SpreadWork> by) {
-            return imbalance(Subspaces::cut(root, std::move(by), count).shares(to_come));
+        const Subspaces unweighted = Subspaces::cut(root, {{root, 1}}, count);
+        const Subspaces weighted = Subspaces::cut(root, planned_work(octree), count);
+        const auto learn = [&](const Subspaces& cut, bool from_time) {
+            const Measured seen = measure(run, cut, 100'000, 1);
+            auto work = hit_work(run.scene, run.layout, seen.map.texels());
+            if (from_time) work = costed_work(std::move(work), cut, seen.costs);
+            return Subspaces::cut(root, corrected_work(planned_work(octree), work), count);
         };
-        const double unweighted = measured({{root, 1}}), weighted = measured(planned_work(octree)),
-                     learned = measured(corrected_work(planned_work(octree), seen));
-        std::cout << name << ", " << count << " subspaces, largest share of the hits over the mean: unweighted "
-                  << unweighted << ", planned " << weighted << ", learned " << learned << "\n";
+        const Subspaces by_hits = learn(weighted, false), by_time = learn(by_hits, true), again = learn(by_time, true);
+        std::cout << name << ", " << count << " subspaces, largest share over the mean, of hits and of processor time:";
+        const auto show = [&](const char* which, const Subspaces& cut) {
+            const Measured others = measure(run, cut, 200'000, 2);
+            const double of_hits = others.imbalance_of(&SubspaceCost::hits);
+            std::cout << "  " << which << " " << of_hits << " " << others.imbalance_of(&SubspaceCost::nanoseconds);
+            return of_hits;
+        };
+        const double before = show("unweighted", unweighted);
+        show("planned", weighted);
+        const double learned = show("learned from hits", by_hits);
+        show("then from time", by_time);
+        show("again", again);
+        std::cout << "\n";
         EXPECT_LE(learned, 1.25) << name << ", " << count;
-        EXPECT_LT(learned, unweighted) << name << ", " << count;
+        EXPECT_LT(learned, before) << name << ", " << count;
     }
 }
 

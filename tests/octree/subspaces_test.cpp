@@ -112,6 +112,20 @@ TEST(Subspaces, OfFlatWorkWeighAlikeToo) {
     }
 }
 
+/// Rays meet a flat thing now on this side of a plane through it, now on that.
+TEST(Subspaces, AreNotCutAlongFlatWork) {
+    const Box root{{0, 0, 0}, {1, 2, 1}};
+    for (const double sheet_m : {1.0, 1.0001}) {
+        const SpreadWork sheet{{{0, sheet_m, 0}, {1, sheet_m, 1}}, 1};
+        const Subspaces halves = Subspaces::cut(root, {{root, 90}, sheet}, 2);
+        const Partition::Node& node = halves.partition().nodes()[0];
+        EXPECT_EQ(node.which, 1u);
+        EXPECT_NEAR(node.plane_m, sheet_m, 0.002);
+        EXPECT_GT(std::abs(node.plane_m - sheet_m), 0.0002);
+        EXPECT_NEAR(most_over_mean(halves), 1, 0.02);
+    }
+}
+
 TEST(Subspaces, OfNoWorkAreCutAllTheSame) {
     const Box root{{0, 0, 0}, {1, 2, 3}};
     const Subspaces subspaces = Subspaces::cut(root, {}, 5);

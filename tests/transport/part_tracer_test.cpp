@@ -1,11 +1,7 @@
 #include "common/transport/part_tracer.h"
 
-#include "common/octree/subspaces.h"
-#include "common/transport/emission.h"
-#include "common/transport/emitter.h"
-#include "common/transport/scene_part.h"
-#include "common/transport/territory.h"
 #include "tests/scenes/scene_builder.h"
+#include "tests/transport/scene_in_parts.h"
 #include "tests/transport/sorted_hits.h"
 
 #include <gtest/gtest.h>
@@ -18,35 +14,9 @@
 namespace lumenfarm::testing {
 namespace {
 
-WeightedOctree weigh(const Scene& scene) {
-    std::vector<double> shares;
-    for (const LightEmission& light : make_emission(scene).value().lights) shares.push_back(light.share);
-    return make_weighted_octree(scene, {}, shares);
+SceneInParts in_parts(const Scene& scene, std::uint32_t count, std::uint32_t places = 1) {
+    return {scene, Subspaces::cut(weigh(scene), count).value(), places};
 }
-
-/// A scene in parts, of which each is at hand at one of `places`.
-struct Parts {
-    Parts(const Scene& scene, std::uint32_t count, std::uint32_t places = 1)
-        : subspaces(Subspaces::cut(weigh(scene), count).value()), palette(palette_of(scene)) {
-        const SceneExtent extent = scene_extent(scene);
-        const std::uint32_t all = subspaces.partition().subspaces();
-        std::vector<std::vector<std::shared_ptr<const PartTracer>>> held(
-            places, std::vector<std::shared_ptr<const PartTracer>>(all));
-        for (const auto& filed : subspaces.triangles(scene, part_margin_m(extent))) {
-            ScenePart part = part_of(scene, filed);
-            triangles += part.numbers.size();
-            held[made % places][made] = PartTracer::make(std::move(part), palette.scene, extent).value();
-            ++made;
-        }
-        for (auto& place : held) territories.emplace_back(subspaces.partition(), std::move(place));
-    }
-
-    Subspaces subspaces;
-    ScenePart palette;
-    std::vector<Territory> territories;
-    std::size_t triangles = 0;
-    std::uint32_t made = 0;
-};
 
 /// Each look takes a second.
 double ticking_s() {
@@ -55,10 +25,10 @@ double ticking_s() {
 }
 
 /// Particles of all lights, from their emission to their end.
-TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec& spec, std::uint64_t particles,
+TracedHits trace_in_parts(const Scene& scene, const SceneInParts& parts, const JobSpec& spec, std::uint64_t particles,
                           WorkMeter& meter) {
     const Emission emission = make_emission(parts.palette.scene).value();
-    const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), scene_extent(scene));
+    const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), parts.extent);
     TracedHits hits;
     for (std::uint32_t light = 0; light < scene.lights.size(); ++light) {
         std::vector<Departure> moving;
@@ -71,7 +41,7 @@ TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec&
     }
     return hits;
 }
-TracedHits trace_in_parts(const Scene& scene, const Parts& parts, const JobSpec& spec, std::uint64_t particles) {
+TracedHits trace_in_parts(const Scene& scene, const SceneInParts& parts, const JobSpec& spec, std::uint64_t particles) {
     WorkMeter meter(ticking_s);
     return trace_in_parts(scene, parts, spec, particles, meter);
 }
@@ -89,7 +59,7 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
     constexpr std::uint64_t particles = 4'000;
     for (const auto& [count, places] :
          std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 1}, {8, 1}, {8, 8}, {64, 3}, {200, 1}, {200, 200}}) {
-        const Parts parts(scene, count, places);
+        const SceneInParts parts = in_parts(scene, count, places);
         for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
             JobSpec spec;
             spec.absorption = absorption;
@@ -104,7 +74,7 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
 
 TEST(PartTracer, WorkIsKnownBySubspace) {
     const Scene scene = mixed_room();
-    const Parts parts(scene, 8, 3);
+    const SceneInParts parts = in_parts(scene, 8, 3);
     WorkMeter meter(ticking_s);
     const TracedHits hits = trace_in_parts(scene, parts, {}, 1'000, meter);
     const std::vector<SubspaceWork> work = meter.take();
@@ -133,7 +103,7 @@ TEST(PartTracer, WorkIsKnownBySubspace) {
 /// A worker that has memory for all needs no stop at the bounds of subspaces, wherever particles come from.
 TEST(PartTracer, OneWithTheWholeSceneTakesOverWhatOthersSendOn) {
     const Scene scene = mixed_room();
-    Parts parts(scene, 64, 3);
+    SceneInParts parts = in_parts(scene, 64, 3);
     parts.territories[2] = Territory(TracerScene::make(scene).value());
     EXPECT_TRUE(parts.territories[2].holds(0));
     for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
@@ -149,7 +119,7 @@ TEST(PartTracer, OneWithTheWholeSceneTakesOverWhatOthersSendOn) {
 TEST(PartTracer, HillsOfManyTrianglesGiveTheSameHitsInParts) {
     const Scene scene = hills_room(150);
     const TracedHits whole = trace_whole(scene, {}, 100'000);
-    const Parts parts(scene, 512, 2);
+    const SceneInParts parts = in_parts(scene, 512, 2);
     EXPECT_LT(parts.triangles, 2 * scene.triangles.size()) << "a part holds little but its own";
     const TracedHits together = trace_in_parts(scene, parts, {}, 100'000);
     EXPECT_EQ(together.balance, whole.balance);
@@ -173,7 +143,7 @@ TEST(PartTracer, RaysThatLeaveAnOpenSceneAreFollowedNoFurtherThanItReaches) {
     const TracedHits whole = trace_whole(scene, {}, 20'000);
     ASSERT_GT(whole.records.size(), 0u);
     for (const std::uint32_t places : {1u, 8u}) {
-        const Parts parts(scene, 8, places);
+        const SceneInParts parts = in_parts(scene, 8, places);
         const TracedHits together = trace_in_parts(scene, parts, {}, 20'000);
         EXPECT_EQ(together.balance, whole.balance);
         EXPECT_TRUE(sorted(together) == sorted(whole));
