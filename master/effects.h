@@ -64,7 +64,7 @@ struct Prepare {
     std::uint64_t recut_hits = 0;            ///< and there are so many
 };
 
-/// Look how evenly the subspaces share the hits out. Answer: on_cut_measured.
+/// Look how evenly the subspaces share the work out. Answer: on_cut_measured.
 struct MeasureCut {
     JobId job = 0;
 };

@@ -73,7 +73,8 @@ void JobSums::merge(const wire::ResultKept& part) {
 void JobSums::merge(const wire::ResultWork& part) {
     for (const SubspaceWork& each : part.work) {
         costs_[each.subspace].hits += each.hits;
-        costs_[each.subspace].nanoseconds += each.nanoseconds;
+        std::uint64_t& nanoseconds = costs_[each.subspace].nanoseconds;
+        nanoseconds = std::min(nanoseconds + each.nanoseconds, wire::work_nanoseconds_max);
     }
 }
 

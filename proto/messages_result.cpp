@@ -29,10 +29,9 @@ bool ResultFlights::valid() const {
 }
 
 bool ResultWork::valid() const {
-    constexpr auto nanoseconds_max = static_cast<std::uint64_t>(limits::result_seconds_max * 1e9);
     const auto possible = [](const SubspaceWork& each) {
         return each.subspace < limits::subspaces_max && each.hits <= limits::hits_per_map_max &&
-               each.nanoseconds <= nanoseconds_max;
+               each.nanoseconds <= work_nanoseconds_max;
     };
     const auto not_ascending = [](const SubspaceWork& a, const SubspaceWork& b) { return a.subspace >= b.subspace; };
     return part.sequence < limits::parts_per_result_max && !work.empty() && std::ranges::all_of(work, possible) &&

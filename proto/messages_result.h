@@ -124,6 +124,8 @@ struct ResultFlights {
 static_assert(limits::flights_per_message_max * limits::flight_record_bytes + 256 <=
               payload_bytes_max(MessageType::result_flights));
 
+inline constexpr auto work_nanoseconds_max = static_cast<std::uint64_t>(limits::result_seconds_max * 1e9);
+
 /// worker -> master, strategy `subspaces`: what following some of the particles took in the subspaces that the worker
 /// holds, from which the master learns where to cut. It decides nothing else.
 struct ResultWork {

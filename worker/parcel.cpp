@@ -38,11 +38,10 @@ void Parcel::add_hits(std::uint32_t light, std::span<const HitRecord> records,
 }
 
 void Parcel::add_work(const SubspaceWork& more) {
-    constexpr auto nanoseconds_max = static_cast<std::uint64_t>(limits::result_seconds_max * 1e9);
     SubspaceWork& all = work[more.subspace];
     all.subspace = more.subspace;
-    all.hits += more.hits;
-    all.nanoseconds = std::min(all.nanoseconds + more.nanoseconds, nanoseconds_max);
+    all.hits = static_cast<std::uint32_t>(std::min(std::uint64_t{all.hits} + more.hits, limits::hits_per_map_max));
+    all.nanoseconds = std::min(all.nanoseconds + more.nanoseconds, wire::work_nanoseconds_max);
 }
 
 void Parcel::add_claim(const wire::Claim& claim) {

@@ -87,20 +87,24 @@ struct Plane {
     double plane_m = 0;
 };
 
-/// A plane through flat work parts nothing of it: rays meet it now on this side, now on that. The planes next to it
-/// that do not run through such work, or the plane itself where none does.
+/// The plane, or, where it runs along flat work, those next to it that do not: rays meet such work now on this side of
+/// it, now on that.
 std::vector<double> clear_planes(double plane, const Cell& cell, std::size_t axis) {
     const double margin = (cell.box.high[axis] - cell.box.low[axis]) / 4096;
     double low = plane, high = plane;
     bool clear = true;
     for (const SpreadWork& each : cell.work) {
-        const bool is_flat = each.box.high[axis] - each.box.low[axis] <= margin;
+        const Vec3d size = each.box.high - each.box.low;
+        const bool is_flat = size[axis] <= margin && std::max({size.x, size.y, size.z}) > 4 * margin;
         if (!is_flat || each.box.high[axis] < plane - margin || each.box.low[axis] > plane + margin) continue;
         low = std::min(low, each.box.low[axis]);
         high = std::max(high, each.box.high[axis]);
         clear = false;
     }
-    return clear ? std::vector<double>{plane} : std::vector<double>{low - margin, high + margin};
+    std::vector<double> planes;
+    for (const double beside : {low - margin, high + margin})
+        if (!clear && cell.box.low[axis] < beside && beside < cell.box.high[axis]) planes.push_back(beside);
+    return planes.empty() ? std::vector<double>{plane} : planes;
 }
 
 /// The first that parts the work well enough, or else the one that does it best: flat work can't be parted across it.

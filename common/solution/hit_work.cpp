@@ -52,24 +52,25 @@ std::vector<SpreadWork> hit_work(const Scene& scene, const TexelLayout& layout, 
 
 std::vector<SpreadWork> costed_work(std::vector<SpreadWork> hits, const Subspaces& cut,
                                     std::span<const SubspaceCost> costs) {
-    SubspaceCost all;
+    double all_hits = 0, nanoseconds = 0;
     for (const SubspaceCost& each : costs) {
-        all.hits += each.hits;
-        all.nanoseconds += each.nanoseconds;
+        all_hits += static_cast<double>(each.hits);
+        nanoseconds += static_cast<double>(each.nanoseconds);
     }
-    if (all.hits == 0 || all.nanoseconds == 0) return hits;
-    const double hits_a_nanosecond = static_cast<double>(all.hits) / static_cast<double>(all.nanoseconds);
+    if (all_hits < costed_hits_min * static_cast<double>(costs.size()) || nanoseconds <= 0) return hits;
     const auto worth = [&](const SubspaceCost& cost) {
-        return hits_a_nanosecond * static_cast<double>(cost.nanoseconds);
+        return static_cast<double>(cost.nanoseconds) * all_hits / nanoseconds;
     };
     double seen = 0;
     for (SpreadWork& each : hits) {
         seen += each.work;
         const SubspaceCost& cost = costs[cut.partition().of((each.box.low + each.box.high) * 0.5)];
-        if (cost.hits > 0) each.work *= worth(cost) / static_cast<double>(cost.hits);
+        // as if some average hits had been there as well: few hits say little of what others take
+        if (cost.hits > 0)
+            each.work *= (worth(cost) + costed_hits_min) / (static_cast<double>(cost.hits) + costed_hits_min);
     }
     // what was measured may be a part of what there is
-    const double scale = seen / static_cast<double>(all.hits);
+    const double scale = seen / all_hits;
     for (std::size_t subspace = 0; subspace < costs.size(); ++subspace)
         if (costs[subspace].hits == 0 && costs[subspace].nanoseconds > 0)
             hits.push_back({cut.all()[subspace].box, scale * worth(costs[subspace])});

@@ -23,9 +23,12 @@ struct SubspaceCost {
     bool operator==(const SubspaceCost&) const = default;
 };
 
+/// Fewer measured hits than these, on average over the subspaces, say nothing of what hits take.
+inline constexpr double costed_hits_min = 100;
+
 /// Work in hits, weighed by what hits took: where one takes twice the time of an average one, it counts as two. Time in
-/// a subspace that had no hits lies evenly in it. `costs`: by subspace of `cut`; where nothing was measured, hits count
-/// as they are.
+/// a subspace that had no hits lies evenly in it. `costs`: by subspace of `cut`; where nothing was measured, or little
+/// in all, hits count as they are.
 std::vector<SpreadWork> costed_work(std::vector<SpreadWork> hits, const Subspaces& cut,
                                     std::span<const SubspaceCost> costs);
 

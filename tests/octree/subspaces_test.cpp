@@ -126,6 +126,35 @@ TEST(Subspaces, AreNotCutAlongFlatWork) {
     }
 }
 
+/// What is small in all directions is not flat, and has to be parted however small it is.
+TEST(Subspaces, WeighAlikeWhereAllWorkIsInATinyPlace) {
+    const Box root{{0, 0, 0}, {1, 1, 1}};
+    const auto cube = [](Vec3d at, double side) { return SpreadWork{{at, at + Vec3d{side, side, side}}, 1}; };
+    std::vector<SpreadWork> grid;
+    for (int i = 0; i < 20; ++i)
+        for (int j = 0; j < 20; ++j)
+            for (int k = 0; k < 20; ++k)
+                grid.push_back(cube(Vec3d{0.3, 0, 0.7} + Vec3d(i, j, k) * (1.0 / 8192), 1.0 / 8192));
+    for (const auto& work : {std::vector{cube({0.123, 0.4, 0}, 1e-4)}, grid}) {
+        const Subspaces subspaces = Subspaces::cut(root, work, 64);
+        EXPECT_LT(most_over_mean(subspaces), 1.1);
+        for (const Subspace& subspace : subspaces.all())
+            for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_LT(subspace.box.low[axis], subspace.box.high[axis]);
+    }
+}
+
+/// A sheet at the bound of a cell leaves no room for a plane beyond it.
+TEST(Subspaces, LieInTheirRootWhereFlatWorkIsAtItsBounds) {
+    const Box root{{0, 0, 0}, {1, 2, 1}};
+    const Subspaces subspaces = Subspaces::cut(root, {{{{0, 0, 0}, {1, 0, 1}}, 9}, {{{0, 2, 0}, {1, 2, 1}}, 1}}, 16);
+    for (const Subspace& subspace : subspaces.all())
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            EXPECT_LT(subspace.box.low[axis], subspace.box.high[axis]);
+            EXPECT_GE(subspace.box.low[axis], root.low[axis]);
+            EXPECT_LE(subspace.box.high[axis], root.high[axis]);
+        }
+}
+
 TEST(Subspaces, OfNoWorkAreCutAllTheSame) {
     const Box root{{0, 0, 0}, {1, 2, 3}};
     const Subspaces subspaces = Subspaces::cut(root, {}, 5);

@@ -139,6 +139,7 @@ TEST(Messages, WhatCannotBeTrueIsRefused) {
     EXPECT_TRUE(refused(ResultWork(part, {})));
     EXPECT_TRUE(refused(ResultWork(part, {{3, 1, 1}, {3, 1, 1}})));
     EXPECT_TRUE(refused(ResultWork(part, {{limits::subspaces_max, 1, 1}})));
+    EXPECT_TRUE(refused(ResultWork(part, {{3, static_cast<std::uint32_t>(limits::hits_per_map_max) + 1, 1}})));
     EXPECT_TRUE(refused(ResultWork(part, {{3, 1, ~std::uint64_t{0}}}))) << "more seconds than a result takes";
     EXPECT_TRUE(refused(ReturnLeases(ReturnReason::ending, {})));
     EXPECT_TRUE(refused(ResultHits(part, 0, {}, {})));

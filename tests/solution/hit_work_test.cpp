@@ -67,17 +67,28 @@ protected:
 };
 
 TEST_F(CostedWork, WeighsHitsByWhatTheyTook) {
-    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 100}, {{in_[1], in_[1]}, 100}};
+    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 1e6}, {{in_[1], in_[1]}, 1e6}};
     // a quarter of the hits was measured
-    EXPECT_EQ(shares(hits, {{25, 15}, {25, 5}}), (std::vector<double>{150, 50}));
-    EXPECT_EQ(shares(hits, {{25, 3}, {25, 3}}), (std::vector<double>{100, 100}));
-    EXPECT_EQ(shares(hits, {{0, 0}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured";
-    EXPECT_EQ(shares(hits, {{40, 20}, {0, 0}}), (std::vector<double>{100, 100})) << "nothing was measured of one";
+    const std::vector<double> uneven = shares(hits, {{250'000, 15'000}, {250'000, 5'000}});
+    EXPECT_NEAR(uneven[0], 1.5e6, 1'000);
+    EXPECT_NEAR(uneven[1], 0.5e6, 1'000);
+    EXPECT_EQ(shares(hits, {{250'000, 3'000}, {250'000, 3'000}}), (std::vector<double>{1e6, 1e6}));
+    EXPECT_EQ(shares(hits, {{0, 0}, {0, 0}}), (std::vector<double>{1e6, 1e6})) << "nothing was measured";
+    EXPECT_EQ(shares(hits, {{400'000, 2'000}, {0, 0}}), (std::vector<double>{1e6, 1e6})) << "one was not measured";
+}
+
+TEST_F(CostedWork, BelievesNoneOfAFewHits) {
+    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 1e6}, {{in_[1], in_[1]}, 1e6}};
+    EXPECT_EQ(shares(hits, {{100, 1'000'000}, {99, 100}}), (std::vector<double>{1e6, 1e6}));
+    // one hit that took 100 times its time, beside many
+    EXPECT_LT(shares(hits, {{1, 100'000}, {1'000'000, 1'000'000'000}})[0], 2.1e6);
 }
 
 TEST_F(CostedWork, CountsTimeWithoutHits) {
-    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 100}};
-    EXPECT_EQ(shares(hits, {{50, 1}, {0, 1}}), (std::vector<double>{50, 50}));
+    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 1e6}};
+    const std::vector<double> parted = shares(hits, {{500'000, 1'000}, {0, 1'000}});
+    EXPECT_NEAR(parted[0], 0.5e6, 1'000);
+    EXPECT_NEAR(parted[1], 0.5e6, 1'000);
 }
 
 TEST(HitWork, PlannedWorkCountsAsSomeHits) {

@@ -258,6 +258,19 @@ TEST(ParcelReader, PartsHaveTheAskedSizeInOrderAndThenTheEnd) {
     }
 }
 
+TEST(Parcel, AddsUpWorkToWhatAMessageMaySay) {
+    constexpr auto hits_max = static_cast<std::uint32_t>(limits::hits_per_map_max);
+    Parcel parcel;
+    for (int i = 0; i < 3; ++i) {
+        parcel.add_work({7, 5, 1'000});
+        parcel.add_work({8, hits_max, wire::work_nanoseconds_max});
+    }
+    ParcelReader reader(parcel, 1);
+    const auto work = std::get<wire::ResultWork>(*reader.next());
+    EXPECT_EQ(work.work, (std::vector<SubspaceWork>{{7, 15, 3'000}, {8, hits_max, wire::work_nanoseconds_max}}));
+    EXPECT_TRUE(work.valid());
+}
+
 TEST(ParcelReader, FlightsGoInPartsOfTheAskedSizeToo) {
     Parcel parcel;
     parcel.job = 1;
