@@ -34,8 +34,11 @@ void SimulatedWorker::start(WorkerId instance, double slice_s) {
     core_ = std::make_unique<worker::WorkerCore>(identity);
     slots_.clear();
     slots_.resize(threads_);
-    for (SlotRun& slot : slots_)
-        slot.slot = std::make_unique<TraceSlot>(SlotClocks{[this] { return world_.now_s(); }, [] { return 0.0; }});
+    for (SlotRun& slot : slots_) {
+        // each look at the clock is a microsecond of work
+        const auto cpu_s = [looks = 0]() mutable { return 1e-6 * ++looks; };
+        slot.slot = std::make_unique<TraceSlot>(SlotClocks{[this] { return world_.now_s(); }, cpu_s});
+    }
     connection_ = network_.connect(host(), *this);
     tick();
 }
