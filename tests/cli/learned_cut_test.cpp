@@ -23,12 +23,6 @@ LoadedRun traced(const Scene& scene, std::uint64_t particles, std::uint64_t seed
     return test::traced_run(scene, spec);
 }
 
-WeightedOctree planned(const LoadedRun& run) {
-    std::vector<double> shares;
-    for (const auto& light : run.emission.lights) shares.push_back(light.share);
-    return make_weighted_octree(run.scene, {}, shares);
-}
-
 double processor_s() {
     timespec time{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -71,7 +65,7 @@ Measured measure(const LoadedRun& run, const Subspaces& cut, std::uint64_t parti
 /// What a cut learns from some particles is worth for others, beside cuts that have learned nothing.
 void expect_learned(const std::string& name, const Scene& scene) {
     const LoadedRun run = traced(scene, 1'000, 1);
-    const WeightedOctree octree = planned(run);
+    const WeightedOctree octree = testing::weigh(run.scene);
     const Box root = octree.octree().box(Octree::root());
     for (const std::uint32_t count : {8u, 16u, 64u}) {
         if (count > Subspaces::most(octree)) continue;
@@ -142,7 +136,7 @@ TEST(LearnedCut, IsShownByInspect) {
     const auto imported = import_scene(std::filesystem::path(LUMENFARM_SOURCE_DIR) / "scenes" / "paper_room.gltf", {});
     ASSERT_TRUE(imported);
     const LoadedRun run = traced(imported->scene, 50'000, 1);
-    const auto cuts = balance_of_cuts(run, planned(run), 16);
+    const auto cuts = balance_of_cuts(run, testing::weigh(run.scene), 16);
     ASSERT_EQ(cuts.size(), 3u);
     for (const CutBalance& cut : cuts) {
         EXPECT_EQ(cut.planned.size(), 16u);

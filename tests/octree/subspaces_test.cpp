@@ -143,18 +143,6 @@ TEST(Subspaces, WeighAlikeWhereAllWorkIsInATinyPlace) {
     }
 }
 
-/// A sheet at the bound of a cell leaves no room for a plane beyond it.
-TEST(Subspaces, LieInTheirRootWhereFlatWorkIsAtItsBounds) {
-    const Box root{{0, 0, 0}, {1, 2, 1}};
-    const Subspaces subspaces = Subspaces::cut(root, {{{{0, 0, 0}, {1, 0, 1}}, 9}, {{{0, 2, 0}, {1, 2, 1}}, 1}}, 16);
-    for (const Subspace& subspace : subspaces.all())
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            EXPECT_LT(subspace.box.low[axis], subspace.box.high[axis]);
-            EXPECT_GE(subspace.box.low[axis], root.low[axis]);
-            EXPECT_LE(subspace.box.high[axis], root.high[axis]);
-        }
-}
-
 TEST(Subspaces, OfNoWorkAreCutAllTheSame) {
     const Box root{{0, 0, 0}, {1, 2, 3}};
     const Subspaces subspaces = Subspaces::cut(root, {}, 5);
