@@ -53,17 +53,18 @@ SlotReport TraceSlot::report(bool close_it, bool finished) {
 
 void TraceSlot::trace_slice() {
     const JobContext& job = *set_->job;
-    const ParticleRange slice{left_.source, left_.first, std::min(left_.count, limits::slice_particles)};
+    const std::uint64_t most = set_->territory ? set_->territory->slice_particles() : limits::slice_particles;
+    const ParticleRange slice{left_.source, left_.first, std::min(left_.count, most)};
     left_.first += slice.count;
     left_.count -= slice.count;
     open_job_ = set_->job;
     const double wall_s = clocks_.wall_s(), cpu_s = clocks_.cpu_s();
+    traced_.clear();
     if (job.plan) {
         trace_in_territory(slice, slices_++ % slices_a_measured_one == 0 ? &meter_ : nullptr);
         for (const SubspaceWork& each : meter_.take()) open_.add_work(each);
     } else {
-        hits_.clear();
-        job.scene->tracer->trace(job.spec, slice, hits_);
+        job.scene->tracer->trace(job.spec, slice, traced_.hits);
         keep(slice.source);
     }
     open_.trace_s += clocks_.wall_s() - wall_s;
@@ -74,16 +75,15 @@ void TraceSlot::trace_slice() {
 /// Particles that leave their light, or go on in a subspace, light by light.
 void TraceSlot::trace_in_territory(const ParticleRange& slice, WorkMeter* meter) {
     const JobContext& job = *set_->job;
+    std::uint64_t hits_left = limits::hits_per_slice_max;
     const auto keep_all = [&](std::uint32_t light) {
+        hits_left -= std::min(hits_left, traced_.hits.balance.hits);
         keep(light);
         keep_departures(light);
-        hits_.clear();
-        departures_.clear();
+        traced_.clear();
     };
-    hits_.clear();
-    departures_.clear();
     if (slice.source < job.lights()) {
-        set_->territory->emit(job.spec, slice, job.plan->emitter, hits_, departures_, meter);
+        set_->territory->emit(job.spec, slice, job.plan->emitter, hits_left, traced_, meter);
         return keep_all(slice.source);
     }
     const std::uint32_t subspace = slice.source - job.lights();
@@ -92,21 +92,21 @@ void TraceSlot::trace_in_territory(const ParticleRange& slice, WorkMeter* meter)
     for (auto flight = begin; flight != begin + static_cast<std::ptrdiff_t>(slice.count); ++flight)
         by_light[flight->light].push_back({subspace, wire::unpack_flight(*flight)});
     for (const auto& [light, arrivals] : by_light) {
-        set_->territory->trace(job.spec, light, arrivals, hits_, departures_, meter);
+        set_->territory->trace(job.spec, light, arrivals, hits_left, traced_, meter);
         keep_all(light);
     }
 }
 
 void TraceSlot::keep(std::uint32_t light) {
     const JobSpec& spec = set_->job->spec;
-    open_.balance += hits_.balance;
-    if (spec.packing == Packing::records) return open_.add_hits(light, hits_.records, hits_.energies);
+    open_.balance += traced_.hits.balance;
+    if (spec.packing == Packing::records) return open_.add_hits(light, traced_.hits.records, traced_.hits.energies);
     keep_sums(light);
     if (spec.keep_hits > 0) keep_candidates(light);
 }
 
 void TraceSlot::keep_departures(std::uint32_t light) {
-    for (const Departure& departure : departures_)
+    for (const Departure& departure : traced_.departures)
         open_.flights[departure.subspace].push_back(wire::pack_flight(departure.flight, light));
 }
 
@@ -115,14 +115,15 @@ void TraceSlot::keep_sums(std::uint32_t light) {
         map_job_ = set_->job;
         sums_.emplace(map_job_->empty_map());
     }
-    sums_->add(map_job_->emission(), light, hits_.records, hits_.energies);
+    sums_->add(map_job_->emission(), light, traced_.hits.records, traced_.hits.energies);
 }
 
 void TraceSlot::keep_candidates(std::uint32_t light) {
     const auto& energy_of_bin = set_->job->emission().lights[light].energy;
-    for (std::size_t i = 0; i < hits_.records.size(); ++i) {
-        const HitRecord& record = hits_.records[i];
-        const std::uint32_t energy = hits_.energies.empty() ? energy_of_bin[record.wavelength] : hits_.energies[i];
+    for (std::size_t i = 0; i < traced_.hits.records.size(); ++i) {
+        const HitRecord& record = traced_.hits.records[i];
+        const std::uint32_t energy =
+            traced_.hits.energies.empty() ? energy_of_bin[record.wavelength] : traced_.hits.energies[i];
         const KeptHit hit{record, light, energy};
         if (keep_priority(hit) <= set_->keep_threshold) open_.kept.push_back(hit);
     }

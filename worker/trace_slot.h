@@ -51,7 +51,7 @@ public:
     /// REQUIRES: no set is left, and an open result is of the same job.
     void begin(SetWork work);
 
-    /// Obeys `ask`, or traces the next slice of limits::slice_particles. Returns a report when the core has to know:
+    /// Obeys `ask`, or traces the next slice. Returns a report when the core has to know:
     /// asked, the set finished, or the result reached its limits. Packing records closes a result at the end of a set
     /// at the latest; packing maps goes on adding to it until it is asked for. REQUIRES: a set is left, or `ask`.
     std::optional<SlotReport> advance(SlotAsk ask);
@@ -76,8 +76,7 @@ private:
     Parcel open_;
     std::shared_ptr<const JobContext> map_job_;  ///< that sums_ is of
     std::optional<LightMap> sums_;
-    TracedHits hits_;
-    std::vector<Departure> departures_;
+    TracedFlights traced_;
 };
 
 }  // namespace lumenfarm

@@ -2,6 +2,7 @@
 
 #include "common/octree/partition.h"
 #include "common/scene/job_spec.h"
+#include "common/support/limits.h"
 #include "common/transport/departure.h"
 #include "common/transport/emitter.h"
 #include "common/transport/part_tracer.h"
@@ -13,6 +14,17 @@
 #include <vector>
 
 namespace lumenfarm {
+
+/// What became of particles in a territory.
+struct TracedFlights {
+    TracedHits hits;
+    std::vector<Departure> departures;  ///< that go on elsewhere
+
+    void clear() {
+        hits.clear();
+        departures.clear();
+    }
+};
 
 /// The subspaces whose triangles are at hand. Particles are followed through all of them; whatever is at hand, the
 /// hits of all workers together are the same.
@@ -26,18 +38,24 @@ public:
 
     bool holds(std::uint32_t subspace) const { return whole_ || parts_[subspace]; }
 
+    /// That are best traced at a time: those of a part spread over its subspaces, and a few alone take long.
+    std::uint64_t slice_particles() const {
+        return whole_ ? limits::slice_particles : limits::slice_particles_in_parts;
+    }
+
     /// Lets particles leave their light, and follows them as trace() does. `emitter`: of the same scene.
-    void emit(const JobSpec& spec, const ParticleRange& range, const Emitter& emitter, TracedHits& hits,
-              std::vector<Departure>& departures, WorkMeter* meter) const;
-    /// Follows particles of one light until they end, and appends to `departures` those that go on elsewhere.
-    /// Otherwise as PartTracer::trace. `meter`, if there is one, learns what each subspace took, where
-    /// they are traced one by one.
-    void trace(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, TracedHits& hits,
-               std::vector<Departure>& departures, WorkMeter* meter) const;
+    void emit(const JobSpec& spec, const ParticleRange& range, const Emitter& emitter, std::uint64_t hits_max,
+              TracedFlights& traced, WorkMeter* meter) const;
+    /// Follows particles of one light until they end or leave, and appends what became of them. Otherwise as
+    /// PartTracer::trace. Of a part: once they have left `hits_max` hits they all leave, some
+    /// limits::flights_at_once * limits::bounces_max hits later at most; `meter`, if there is one, learns what each
+    /// subspace took.
+    void trace(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, std::uint64_t hits_max,
+               TracedFlights& traced, WorkMeter* meter) const;
 
 private:
-    void trace_parts(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals, TracedHits& hits,
-                     std::vector<Departure>& departures, WorkMeter* meter) const;
+    void trace_parts(const JobSpec& spec, std::uint32_t light, const std::vector<Departure>& arrivals,
+                     std::uint64_t hits_max, TracedFlights& traced, WorkMeter* meter) const;
 
     std::shared_ptr<const TracerScene> whole_;
     const Partition* partition_ = nullptr;

@@ -51,12 +51,11 @@ Measured measure(const LoadedRun& run, const Subspaces& cut, std::uint64_t parti
     Measured measured{LightMap(run.layout), std::vector<SubspaceCost>(cut.all().size())};
     const auto of_lights = apportion(emission, particles);
     for (std::uint32_t light = 0; light < of_lights.size(); ++light)
-        for (std::uint64_t first = 0; first < of_lights[light]; first += limits::slice_particles) {
-            TracedHits hits;
-            std::vector<Departure> departures;
-            const std::uint64_t count = std::min(limits::slice_particles, of_lights[light] - first);
-            parts.territories[0].emit(spec, {light, first, count}, emitter, hits, departures, &meter);
-            measured.map.add(emission, light, hits.records, hits.energies);
+        for (std::uint64_t first = 0; first < of_lights[light]; first += limits::slice_particles_in_parts) {
+            TracedFlights traced;
+            const std::uint64_t count = std::min(limits::slice_particles_in_parts, of_lights[light] - first);
+            parts.territories[0].emit(spec, {light, first, count}, emitter, limits::hits_per_slice_max, traced, &meter);
+            measured.map.add(emission, light, traced.hits.records, traced.hits.energies);
         }
     for (const SubspaceWork& each : meter.take()) measured.costs[each.subspace] = {each.hits, each.nanoseconds};
     return measured;

@@ -24,26 +24,21 @@ double ticking_s() {
     return now_s += 1;
 }
 
-/// Particles of all lights, from their emission to their end.
+/// Particles of all lights, from their emission to their end, of which some leave a place after so many hits.
 TracedHits trace_in_parts(const Scene& scene, const SceneInParts& parts, const JobSpec& spec, std::uint64_t particles,
-                          WorkMeter& meter) {
+                          WorkMeter* meter = nullptr, std::uint64_t hits_max = limits::hits_per_slice_max) {
     const Emission emission = make_emission(parts.palette.scene).value();
     const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), parts.extent);
-    TracedHits hits;
+    TracedFlights traced;
     for (std::uint32_t light = 0; light < scene.lights.size(); ++light) {
-        std::vector<Departure> moving;
-        emitter.emit(spec.seed, {light, 17, particles}, moving, hits.balance);
-        for (std::size_t at = 0; !moving.empty(); at = (at + 1) % parts.territories.size()) {
-            const std::vector<Departure> arrivals = std::exchange(moving, {});
-            parts.territories[at].trace(spec, light, arrivals, hits, moving, &meter);
-            for (const Departure& departure : moving) EXPECT_LE(departure.flight.travelled_m, farthest_m);
+        emitter.emit(spec.seed, {light, 17, particles}, traced.departures, traced.hits.balance);
+        for (std::size_t at = 0; !traced.departures.empty(); at = (at + 1) % parts.territories.size()) {
+            const std::vector<Departure> arrivals = std::exchange(traced.departures, {});
+            parts.territories[at].trace(spec, light, arrivals, hits_max, traced, meter);
+            for (const Departure& departure : traced.departures) EXPECT_LE(departure.flight.travelled_m, farthest_m);
         }
     }
-    return hits;
-}
-TracedHits trace_in_parts(const Scene& scene, const SceneInParts& parts, const JobSpec& spec, std::uint64_t particles) {
-    WorkMeter meter(ticking_s);
-    return trace_in_parts(scene, parts, spec, particles, meter);
+    return traced.hits;
 }
 
 TracedHits trace_whole(const Scene& scene, const JobSpec& spec, std::uint64_t particles) {
@@ -72,11 +67,31 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
     }
 }
 
+TEST(PartTracer, WhatHasLeftManyHitsGoesOnInAnotherSlice) {
+    const Scene scene = mixed_room();
+    const SceneInParts parts = in_parts(scene, 8);
+    const TracedHits whole = trace_whole(scene, {}, 2'000);
+    const TracedHits together = trace_in_parts(scene, parts, {}, 2'000, nullptr, 100);
+    EXPECT_EQ(together.balance, whole.balance);
+    EXPECT_TRUE(sorted(together) == sorted(whole));
+
+    const Emission emission = make_emission(parts.palette.scene).value();
+    const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), parts.extent);
+    for (const std::uint64_t hits_max : {0, 100}) {
+        TracedFlights traced;
+        parts.territories[0].emit({}, {1, 0, 2'000}, emitter, hits_max, traced, nullptr);
+        EXPECT_GE(traced.hits.records.size(), hits_max);
+        EXPECT_FALSE(traced.departures.empty());
+        EXPECT_EQ(traced.departures.size() == 2'000, hits_max == 0);
+        EXPECT_FALSE(traced.hits.balance.closed()) << "energy is still on its way";
+    }
+}
+
 TEST(PartTracer, WorkIsKnownBySubspace) {
     const Scene scene = mixed_room();
     const SceneInParts parts = in_parts(scene, 8, 3);
     WorkMeter meter(ticking_s);
-    const TracedHits hits = trace_in_parts(scene, parts, {}, 1'000, meter);
+    const TracedHits hits = trace_in_parts(scene, parts, {}, 1'000, &meter);
     const std::vector<SubspaceWork> work = meter.take();
     std::vector<std::uint64_t> expected(8), measured(8);
     for (const HitRecord& record : hits.records) {

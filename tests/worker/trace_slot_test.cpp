@@ -211,8 +211,8 @@ TEST_P(SlotsInSubspaces, TogetherTraceWhatOneTracesAlone) {
     TracedHits alone;
     const auto tracer = std::move(TracerScene::make(planned_.scene).value());
     for (std::uint32_t light = 0; light < 2; ++light) {
-        tracer->trace(job_->spec, {light, 0, 5'000}, alone);
-        trace({light, 0, 5'000}, {}, halves_[light]);
+        tracer->trace(job_->spec, {light, 0, 40'000}, alone);
+        trace({light, 0, 40'000}, {}, halves_[light]);
     }
     std::uint64_t sets = 0;
     for (; !waiting_.empty(); ++sets) {
