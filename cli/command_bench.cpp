@@ -1,3 +1,4 @@
+#include "cli/bench/cut_bench.h"
 #include "cli/bench/tracer_bench.h"
 #include "cli/bench_input.h"
 #include "cli/commands.h"
@@ -7,14 +8,20 @@
 
 #include <boost/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <iomanip>
+#include <limits>
+#include <sstream>
 
-/// `bench`, and `bench tracer`: how fast this computer traces.
+/// `bench`, and those of its kinds that need no farm: how fast this computer traces, how evenly cuts share the work
+/// out.
 namespace lumenfarm {
 namespace {
 
 constexpr std::uint32_t rounds_max = 1'000;
+constexpr std::uint32_t cuts_max = 1'000;
 
 boost::json::object document(const TracerBench& bench) {
     return {{"rays_per_s", bench.rays_per_s},
@@ -74,10 +81,80 @@ private:
     bool json_ = false;
 };
 
+/// The figures of cuts in so many subspaces.
+struct CutColumn {
+    std::uint64_t subspaces = 0;
+    std::vector<CutFigures> cuts;
+};
+
+boost::json::array document(const std::vector<CutColumn>& columns) {
+    boost::json::array all;
+    for (const auto& [subspaces, cuts] : columns) {
+        boost::json::array rows;
+        for (const CutFigures& each : cuts)
+            rows.push_back(boost::json::object{{"cut", each.cut}, {"hits", each.of_hits}, {"time", each.of_time}});
+        all.push_back(boost::json::object{{"subspaces", subspaces}, {"largest_over_mean", std::move(rows)}});
+    }
+    return all;
+}
+
+std::string table(const std::vector<CutColumn>& columns) {
+    std::ostringstream text;
+    text << "largest share of a subspace over the mean, of hits and of processor time\n"
+         << std::left << std::setw(12) << "subspaces";
+    for (const CutColumn& column : columns) text << std::right << std::setw(14) << column.subspaces;
+    text << "\n" << std::fixed << std::setprecision(2);
+    for (std::size_t row = 0; row < columns.front().cuts.size(); ++row) {
+        text << std::left << std::setw(12) << columns.front().cuts[row].cut << std::right;
+        for (const CutColumn& column : columns)
+            text << std::setw(8) << column.cuts[row].of_hits << std::setw(6) << column.cuts[row].of_time;
+        text << "\n";
+    }
+    return text.str();
+}
+
+class CutBenchCommand : public Command {
+public:
+    explicit CutBenchCommand(CLI::App& app)
+        : Command(app, "cuts", "Show how evenly subspaces share the work out, before and after cuts learn") {
+        declare_bench_input(app_, input_);
+        counts_option(app_, "--subspaces", subspaces_, "Numbers of subspaces to compare");
+        count_option(app_, "--cuts", cuts_, "Cuts that learn from those before");
+        count_option(app_, "--particles", particles_, "Particles that each cut is measured by");
+        flag_option(app_, "--json", json_, "Print one JSON document");
+    }
+
+    Result<void> execute(Console& console) override {
+        if (cuts_ > cuts_max)
+            return bad_input("cuts is " + std::to_string(cuts_) + "; at most " + std::to_string(cuts_max) +
+                             " are learned here");
+        const auto compiled = read_bench_scene(app_, input_, console);
+        if (!compiled) return compiled.error();
+        std::vector<CutColumn> columns;
+        for (const std::uint64_t subspaces : subspaces_) {
+            const auto count = static_cast<std::uint32_t>(
+                std::min<std::uint64_t>(subspaces, std::numeric_limits<std::uint32_t>::max()));
+            auto cuts = bench_cuts(compiled->scene, count, cuts_, particles_);
+            if (!cuts) return cuts.error();
+            columns.push_back({subspaces, std::move(*cuts)});
+        }
+        console.result(json_ ? json_text(document(columns)) : table(columns));
+        return {};
+    }
+
+private:
+    BenchInput input_;
+    std::vector<std::uint64_t> subspaces_ = {8, 16, 64};
+    std::uint32_t cuts_ = 17;
+    std::uint64_t particles_ = 200'000;
+    bool json_ = false;
+};
+
 class BenchCommand : public Command {
 public:
     BenchCommand(CLI::App& app, const FarmOptions& farm) : Command(app, "bench", "Measure how fast this computer is") {
         benches_.push_back(std::make_unique<TracerBenchCommand>(app_));
+        benches_.push_back(std::make_unique<CutBenchCommand>(app_));
         benches_.push_back(make_farm_bench_command(app_));
         benches_.push_back(make_paced_bench_command(app_, farm));
         app_.require_subcommand(1);

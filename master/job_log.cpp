@@ -108,18 +108,21 @@ Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore&
     const JobSpec& its = read->solution.spec;
     if (!same_but_for_particles(its, spec_) || its.particles > spec_.particles)
         return bad_input("it is of another job");
-    sums_->restore(std::move(read->solution), std::move(read->flights), std::move(read->ended), std::move(read->costs));
+    sums_->restore(std::move(read->solution), std::move(read->flights), std::move(read->ended),
+                   std::move(read->work_times));
     if (!read->cut.nodes().empty()) cut_ = std::move(read->cut);
     snapshot_ = snapshot.file;
     last_snapshot_bytes_ = bytes->size();
     return {};
 }
 
-LearnedCut JobLog::learned_cut() const { return learn_cut(*prepared_, cut_, sums_->sums().texels(), sums_->costs()); }
+LearnedCut JobLog::learned_cut() const {
+    return learn_cut(*prepared_, cut_, sums_->sums().texels(), sums_->work_times());
+}
 
-void JobLog::cut_by(Partition cut) {
-    sums_->file_by(cut);
-    cut_ = std::move(cut);
+void JobLog::cut_by(LearnedCut learned) {
+    sums_->file_by(learned.cut, std::move(learned.lesson));
+    cut_ = std::move(learned.cut);
 }
 
 Result<void> JobLog::recover_result(const StoredResult& stored) {
@@ -181,7 +184,7 @@ EncodedSolution JobLog::solution(const JobEffort& effort) {
 }
 
 std::vector<std::byte> JobLog::snapshot_bytes(const JobEffort& effort) {
-    return encode_snapshot(solution(effort).bytes, cut_, sums_->costs(), sums_->flights(), sums_->ended());
+    return encode_snapshot(solution(effort).bytes, cut_, sums_->work_times(), sums_->flights(), sums_->ended());
 }
 
 bool JobLog::snapshot_pays(std::uint64_t coming_bytes, bool disk_is_full) const {

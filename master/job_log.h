@@ -96,7 +96,7 @@ public:
     /// A cut that what was measured so far gives.
     LearnedCut learned_cut() const;
     /// Files them anew. Does not last before a snapshot does. REQUIRES: as many subspaces.
-    void cut_by(Partition cut);
+    void cut_by(LearnedCut learned);
     /// What recover() left out is still on the disk. A snapshot ends that.
     bool cut_short() const { return cut_short_; }
 

@@ -17,7 +17,7 @@ JobSums::JobSums(const JobSpec& spec, std::shared_ptr<const PreparedJob> prepare
       committed_(prepared_->particles.size()),
       flights_(prepared_->sources() - prepared_->particles.size()),
       ended_(flights_.subspaces()),
-      costs_(flights_.subspaces()) {}
+      work_times_{{}, std::vector<SubspaceCost>(flights_.subspaces())} {}
 
 bool JobSums::is_there(const ParticleRange& range) const {
     if (range.source >= committed_.size() + flights_.subspaces()) return false;
@@ -72,9 +72,9 @@ void JobSums::merge(const wire::ResultKept& part) {
 
 void JobSums::merge(const wire::ResultWork& part) {
     for (const SubspaceWork& each : part.work) {
-        costs_[each.subspace].hits += each.hits;
-        std::uint64_t& nanoseconds = costs_[each.subspace].nanoseconds;
-        nanoseconds = std::min(nanoseconds + each.nanoseconds, wire::work_nanoseconds_max);
+        SubspaceCost& cost = work_times_.costs[each.subspace];
+        cost.hits += each.hits;
+        cost.nanoseconds = std::min(cost.nanoseconds + each.nanoseconds, wire::work_nanoseconds_max);
     }
 }
 
@@ -103,11 +103,10 @@ Solution JobSums::take(const Digest& scene) {
     return solution;
 }
 
-void JobSums::restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended,
-                      std::vector<SubspaceCost> costs) {
+void JobSums::restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended, WorkTimes work_times) {
     flights_ = std::move(flights);
     ended_ = std::move(ended);
-    costs_ = std::move(costs);
+    work_times_ = std::move(work_times);
     restore(std::move(solution));
 }
 
@@ -122,7 +121,7 @@ void JobSums::restore(Solution solution) {
     time_ = solution.time;
 }
 
-void JobSums::file_by(const Partition& cut) {
+void JobSums::file_by(const Partition& cut, std::optional<CutLesson> lesson) {
     std::vector<FlightQueues::Flights> filed(flights_.subspaces());
     for (std::uint32_t subspace = 0; subspace < flights_.subspaces(); ++subspace)
         for (const auto& gap : ended_[subspace].gaps(0, flights_.filed(subspace)))
@@ -132,7 +131,8 @@ void JobSums::file_by(const Partition& cut) {
             }
     flights_ = FlightQueues(filed.size());
     ended_.assign(filed.size(), {});
-    costs_.assign(filed.size(), {});
+    work_times_.costs.assign(filed.size(), {});
+    if (lesson) work_times_.lessons.push_back(std::move(*lesson));
     for (std::uint32_t subspace = 0; subspace < filed.size(); ++subspace)
         if (!filed[subspace].empty()) flights_.file(subspace, std::move(filed[subspace]));
 }

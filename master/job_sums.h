@@ -1,12 +1,13 @@
 #pragma once
 
-#include "common/solution/hit_work.h"
+#include "common/solution/cut_learning.h"
 #include "master/flight_queues.h"
 #include "master/job.h"
 #include "master/staged_result.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 /// What the committed results of a job add up to. Integers: the order does not matter (law 3).
@@ -25,14 +26,14 @@ public:
     /// Everything so far as a solution, in which what is in flight is booked as cut off; this is of no use until
     /// restore().
     Solution take(const Digest& scene);
-    /// Goes on from a solution of this job, whole or not, what is in flight, and costs(). REQUIRES: it was made by
+    /// Goes on from a solution of this job, whole or not, what is in flight, and work_times(). REQUIRES: it was made by
     /// take() or decoded with the scene.
     void restore(Solution solution);
-    void restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended,
-                 std::vector<SubspaceCost> costs);
+    void restore(Solution solution, FlightQueues flights, std::vector<IntervalSet> ended, WorkTimes work_times);
 
-    /// Files what is in flight anew, by another cut in as many subspaces, and numbers it from 0.
-    void file_by(const Partition& cut);
+    /// Files what is in flight anew, by another cut in as many subspaces, and numbers it from 0. `lesson`: of the cut
+    /// so far.
+    void file_by(const Partition& cut, std::optional<CutLesson> lesson);
 
     const LightMap& sums() const { return sums_; }
     const PreparedJob& prepared() const { return *prepared_; }
@@ -43,8 +44,8 @@ public:
     const SolutionTime& time() const { return time_; }
     /// Hits of a higher priority are not kept any more.
     std::uint64_t keep_threshold() const { return kept_.threshold(); }
-    /// By subspace of the cut in force: what following particles took, as results say.
-    const std::vector<SubspaceCost>& costs() const { return costs_; }
+    /// What following particles took, as results say.
+    const WorkTimes& work_times() const { return work_times_; }
     std::uint64_t bytes() const;  ///< in memory; a snapshot has no more than about those
 
 private:
@@ -66,7 +67,7 @@ private:
     std::vector<IntervalSet> committed_;
     FlightQueues flights_;
     std::vector<IntervalSet> ended_;
-    std::vector<SubspaceCost> costs_;
+    WorkTimes work_times_;
     EnergyBalance balance_;
     SolutionTime time_;
 };

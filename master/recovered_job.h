@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/solution/cut_learning.h"
 #include "common/solution/interval_set.h"
 #include "common/transport/scene_plan.h"
 #include "master/flight_queues.h"
@@ -40,15 +41,6 @@ struct WorkerFiles {
     Digest first;
     std::uint64_t first_bytes = 0;
     std::vector<PartFile> parts;  ///< by subspace
-};
-
-/// How evenly a cut in subspaces shares the work so far out: the largest share over the mean.
-struct Evenness {
-    double now = 1;      ///< by the cut in force, or before it was cut anew
-    double learned = 1;  ///< by the cut that it gives
-
-    /// Uneven, and a new cut would be a good deal better.
-    bool is_worth_a_cut(double above) const { return now > above && 1.1 * (learned - 1) < now - 1; }
 };
 
 /// A job that may begin, or go on where an earlier life of the master left it.

@@ -13,10 +13,30 @@ namespace lumenfarm {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x3350414e53464c4cu;  // "LLFSNAP3"
+constexpr std::uint64_t magic = 0x3450414e53464c4cu;  // "LLFSNAP4"
 constexpr std::size_t checksum_bytes = 8;
 
 Error damaged() { return bad_input("the snapshot is truncated or damaged"); }
+
+Result<Partition> read_cut(ByteReader& in, std::size_t subspaces) {
+    auto cut = Partition::check(in.block<Partition::Node>(2 * limits::subspaces_max));
+    if (cut && cut->subspaces() != subspaces) return damaged();
+    return cut;
+}
+
+Result<void> read_lessons(ByteReader& in, std::size_t subspaces, std::vector<CutLesson>& lessons) {
+    const auto count = in.value<std::uint64_t>();
+    if (count > limits::cut_lessons_max) return damaged();
+    const auto is_possible = [](double times) { return times >= 1 / lesson_times_max && times <= lesson_times_max; };
+    for (std::uint64_t i = 0; i < count; ++i) {
+        auto cut = read_cut(in, subspaces);
+        if (!cut) return cut.error();
+        CutLesson lesson{std::move(*cut), in.block<double>(limits::subspaces_max)};
+        if (lesson.times.size() != subspaces || !std::ranges::all_of(lesson.times, is_possible)) return damaged();
+        lessons.push_back(std::move(lesson));
+    }
+    return {};
+}
 
 /// One subspace: how many were filed, which of them have ended, and the others.
 Result<void> read_queue(ByteReader& in, std::uint32_t subspace, JobSnapshot& snapshot) {
@@ -41,14 +61,19 @@ Result<void> read_queue(ByteReader& in, std::uint32_t subspace, JobSnapshot& sna
 }  // namespace
 
 std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Partition& cut,
-                                       const std::vector<SubspaceCost>& costs, const FlightQueues& flights,
+                                       const WorkTimes& work_times, const FlightQueues& flights,
                                        const std::vector<IntervalSet>& ended) {
     if (flights.subspaces() == 0) return solution;
     ByteWriter out;
     out.value(magic);
     out.block<std::byte>(solution);
     out.block<Partition::Node>(cut.nodes());
-    out.block<SubspaceCost>(costs);
+    out.block<SubspaceCost>(work_times.costs);
+    out.value(static_cast<std::uint64_t>(work_times.lessons.size()));
+    for (const CutLesson& lesson : work_times.lessons) {
+        out.block<Partition::Node>(lesson.cut.nodes());
+        out.block<double>(lesson.times);
+    }
     for (std::uint32_t subspace = 0; subspace < flights.subspaces(); ++subspace) {
         out.value(flights.filed(subspace));
         out.block<IntervalSet::Interval>(ended[subspace].intervals());
@@ -67,8 +92,11 @@ std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Pa
 Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const PreparedJob& prepared,
                                     const Digest& scene) {
     const std::size_t subspaces = prepared.sources() - prepared.particles.size();
-    JobSnapshot snapshot{
-        {}, {}, std::vector<SubspaceCost>(subspaces), FlightQueues(subspaces), std::vector<IntervalSet>(subspaces)};
+    JobSnapshot snapshot{{},
+                         {},
+                         {{}, std::vector<SubspaceCost>(subspaces)},
+                         FlightQueues(subspaces),
+                         std::vector<IntervalSet>(subspaces)};
     if (ByteReader(bytes).value<std::uint64_t>() != magic) {
         auto alone = decode_solution(bytes, prepared.scene, scene);
         if (!alone) return alone.error();
@@ -84,12 +112,12 @@ Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const Prep
     auto solution = decode_solution(in.block<std::byte>(limits::solution_bytes_max), prepared.scene, scene);
     if (!solution) return solution.error();
     snapshot.solution = std::move(*solution);
-    auto cut = Partition::check(in.block<Partition::Node>(2 * limits::subspaces_max));
+    auto cut = read_cut(in, subspaces);
     if (!cut) return cut.error();
-    if (cut->subspaces() != subspaces) return damaged();
     snapshot.cut = std::move(*cut);
-    snapshot.costs = in.block<SubspaceCost>(limits::subspaces_max);
-    if (snapshot.costs.size() != subspaces) return damaged();
+    snapshot.work_times.costs = in.block<SubspaceCost>(limits::subspaces_max);
+    if (snapshot.work_times.costs.size() != subspaces) return damaged();
+    if (const auto read = read_lessons(in, subspaces, snapshot.work_times.lessons); !read) return read.error();
     for (std::uint32_t subspace = 0; subspace < subspaces; ++subspace)
         if (const auto read = read_queue(in, subspace, snapshot); !read) return read.error();
     if (in.remaining() != 0) return damaged();

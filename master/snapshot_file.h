@@ -16,14 +16,14 @@ namespace lumenfarm {
 struct JobSnapshot {
     Solution solution;  ///< what is in flight is booked as cut off
     Partition cut;      ///< in subspaces; empty: as the job is prepared
-    std::vector<SubspaceCost> costs;
+    WorkTimes work_times;
     FlightQueues flights;
     std::vector<IntervalSet> ended;  ///< flights, by subspace
 };
 
-/// `solution`: its bytes. `cut`: that the flights are filed by, and the costs are of.
+/// `solution`: its bytes. `cut`: that the flights are filed by, and the times are of.
 std::vector<std::byte> encode_snapshot(std::vector<std::byte> solution, const Partition& cut,
-                                       const std::vector<SubspaceCost>& costs, const FlightQueues& flights,
+                                       const WorkTimes& work_times, const FlightQueues& flights,
                                        const std::vector<IntervalSet>& ended);
 /// Reads foreign bytes. Errors: bad_input.
 Result<JobSnapshot> decode_snapshot(std::span<const std::byte> bytes, const PreparedJob& prepared, const Digest& scene);

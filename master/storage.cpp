@@ -143,8 +143,9 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
 std::optional<Evenness> Storage::cut_anew_if_uneven(JobLog& log, double above) {
     LearnedCut learned = log.learned_cut();
     if (!learned.evenness.is_worth_a_cut(above)) return std::nullopt;
-    log.cut_by(std::move(learned.cut));
-    return learned.evenness;
+    const Evenness evenness = learned.evenness;
+    log.cut_by(std::move(learned));
+    return evenness;
 }
 
 Evenness Storage::measure(const MeasureCut& effect) const {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes cornell.gltf, paper_room.gltf and prism.gltf beside itself; docs/scenes.md explains them.
+"""Writes cornell.gltf, crumbs.gltf, paper_room.gltf and prism.gltf beside itself; docs/scenes.md explains them.
 
 The scenes are kept as glTF, so that other programs open them; this file holds the same numbers where people can read
 them. Lengths are metres, y is up, faces are counter-clockwise seen from their front. Only Python's own library is used.
@@ -207,8 +207,8 @@ def millimetres(*corners):
     return [tuple(c / 1000 for c in corner) for corner in corners]
 
 
-def cornell():
-    gltf = Gltf("The Cornell box")
+def cornell_box(title):
+    gltf = Gltf(title)
     white = gltf.material("white", (.72, .71, .68), spectra={"diffuse": table(WHITE)})
     green = gltf.material("green", (.15, .48, .09), spectra={"diffuse": table(GREEN)})
     red = gltf.material("red", (.57, .04, .04), spectra={"diffuse": table(RED)})
@@ -238,7 +238,26 @@ def cornell():
     y = 548.8 - LAMP_BELOW_CEILING_MM
     gltf.object("lamp", ([millimetres((343, y, 227), (343, y, 332), (213, y, 332), (213, y, 227))], lamp))
     gltf.camera("camera", (.278, .273, -.8), (.278, .273, 0), 39.3, 1)
+    return gltf, white
+
+
+def cornell():
+    gltf, _ = cornell_box("The Cornell box")
     gltf.write("cornell.gltf")
+
+
+def crumbs():
+    """The Cornell box with 3,200 small triangles, rough as crumbs, in one corner of the floor."""
+    gltf, white = cornell_box("A Cornell box with all detail in one corner")
+    side = 40
+
+    def at(i, k):
+        return (.556 * (.02 + .12 * i / side), .5488 * (.03 + .01 * ((i * 7 + k * 13) % 5)),
+                .5592 * (.02 + .12 * k / side))
+
+    gltf.object("crumbs", ([[at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)]
+                            for i in range(side) for k in range(side)], white))
+    gltf.write("crumbs.gltf")
 
 
 # ---- The room of the paper ------------------------------------------------------------------------------------------
@@ -331,5 +350,6 @@ def prism():
 
 if __name__ == "__main__":
     cornell()
+    crumbs()
     paper_room()
     prism()

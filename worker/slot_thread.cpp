@@ -1,9 +1,10 @@
 #include "worker/slot_thread.h"
 
+#include "common/support/thread_time.h"
+
 #include <sys/resource.h>
 
 #include <chrono>
-#include <ctime>
 #include <utility>
 
 namespace lumenfarm::worker {
@@ -14,16 +15,10 @@ constexpr int idle_nice = 19;
 
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-double cpu_s() {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 }  // namespace
 
 SlotThread::SlotThread(bool idle_priority, OnReport on_report)
-    : on_report_(std::move(on_report)), slot_(SlotClocks{wall_s, cpu_s}) {
+    : on_report_(std::move(on_report)), slot_(SlotClocks{wall_s, thread_cpu_seconds}) {
     thread_ = std::thread([this, idle_priority] { run(idle_priority); });
 }
 

@@ -13,7 +13,7 @@ namespace {
 /// Looks at the clock cost a sixth of the tracing time where subspaces are many and small: what a part of the slices
 /// took stands for all. No number of slices that sets have in common, so that it is not always their first, for which
 /// the parts are not in the caches yet.
-constexpr std::uint64_t slices_a_measured_one = 17;
+constexpr std::uint64_t slices_a_measured_one = 5;
 
 }  // namespace
 

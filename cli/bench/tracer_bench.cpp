@@ -2,10 +2,9 @@
 
 #include "cli/bench/median.h"
 #include "common/support/ensure.h"
+#include "common/support/thread_time.h"
 #include "common/transport/ray_log.h"
 #include "common/transport/tracer.h"
-
-#include <time.h>
 
 #include <algorithm>
 #include <vector>
@@ -18,17 +17,11 @@ constexpr std::uint64_t trial_particles = 1'000;
 constexpr std::uint64_t particles_max = 50'000'000;
 constexpr std::uint64_t slice = 1'000;  // particles whose hits are held at a time, as a worker does
 
-double cpu_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 template <class Work>
 double seconds_of(Work work) {
-    const double begin = cpu_seconds();
+    const double begin = thread_cpu_seconds();
     work();
-    return cpu_seconds() - begin;
+    return thread_cpu_seconds() - begin;
 }
 
 std::uint32_t brightest_light(const Emission& emission) {

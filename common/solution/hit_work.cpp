@@ -50,33 +50,6 @@ std::vector<SpreadWork> hit_work(const Scene& scene, const TexelLayout& layout, 
     return work;
 }
 
-std::vector<SpreadWork> costed_work(std::vector<SpreadWork> hits, const Subspaces& cut,
-                                    std::span<const SubspaceCost> costs) {
-    double all_hits = 0, nanoseconds = 0;
-    for (const SubspaceCost& each : costs) {
-        all_hits += static_cast<double>(each.hits);
-        nanoseconds += static_cast<double>(each.nanoseconds);
-    }
-    if (all_hits < costed_hits_min * static_cast<double>(costs.size()) || nanoseconds <= 0) return hits;
-    const auto worth = [&](const SubspaceCost& cost) {
-        return static_cast<double>(cost.nanoseconds) * all_hits / nanoseconds;
-    };
-    double seen = 0;
-    for (SpreadWork& each : hits) {
-        seen += each.work;
-        const SubspaceCost& cost = costs[cut.partition().of((each.box.low + each.box.high) * 0.5)];
-        // as if some average hits had been there as well: few hits say little of what others take
-        if (cost.hits > 0)
-            each.work *= (worth(cost) + costed_hits_min) / (static_cast<double>(cost.hits) + costed_hits_min);
-    }
-    // what was measured may be a part of what there is
-    const double scale = seen / all_hits;
-    for (std::size_t subspace = 0; subspace < costs.size(); ++subspace)
-        if (costs[subspace].hits == 0 && costs[subspace].nanoseconds > 0)
-            hits.push_back({cut.all()[subspace].box, scale * worth(costs[subspace])});
-    return hits;
-}
-
 std::vector<SpreadWork> corrected_work(std::vector<SpreadWork> planned, std::span<const SpreadWork> measured) {
     double weight = 0;
     for (const SpreadWork& each : planned) weight += each.work;

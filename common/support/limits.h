@@ -107,6 +107,7 @@ inline constexpr double result_seconds_max = 1e9;        ///< that a result may 
 inline constexpr std::size_t repeated_results_max = 16;  ///< that wait for one that is on its way to the disk
 inline constexpr std::uint32_t invalid_results_max = 3;  ///< then a worker is sent off
 inline constexpr std::size_t active_jobs_max = 4;        ///< with their sums in memory
+inline constexpr std::size_t cut_lessons_max = 32;       ///< of a job's cuts in subspaces; later ones teach nothing
 inline constexpr std::size_t admissions_max = 64;        ///< submissions that wait for the disk
 inline constexpr std::uint32_t threads_per_worker_max = 1'024;
 inline constexpr std::uint32_t threads_behind_relay_max = 1u << 20;

@@ -35,7 +35,7 @@ protected:
 
 TEST_F(LearnedCuts, ShareOutWhatThePlanDidNotExpect) {
     std::vector<TexelSums> texels(prepared_->layout.texel_count());
-    const std::vector<SubspaceCost> unknown(planned().subspaces());
+    const WorkTimes unknown;
     EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels, unknown).evenness.now, 1) << "nothing is known";
     // all hits are on one triangle
     const std::uint64_t first = prepared_->layout.first_texel(0, 0), last = prepared_->layout.first_texel(0, 1);
@@ -53,15 +53,20 @@ TEST_F(LearnedCuts, ShareOutWhatThePlanDidNotExpect) {
 TEST_F(LearnedCuts, ShareOutTheTimeThatHitsTookOnceTheyAreEven) {
     std::vector<TexelSums> texels(prepared_->layout.texel_count());
     for (TexelSums& texel : texels) texel.hits = 100'000;
-    std::vector<SubspaceCost> costs(planned().subspaces(), {1'000'000, 1'000'000'000});
-    costs[2].nanoseconds *= 10;
-    const std::vector<SubspaceCost> unknown(costs.size());
+    WorkTimes times{{}, std::vector<SubspaceCost>(planned().subspaces(), {1'000'000, 1'000'000'000})};
+    times.costs[2].nanoseconds *= 10;
+    const WorkTimes unknown;
     const Partition by_hits = learn_cut(*prepared_, planned(), texels, unknown).cut;
-    EXPECT_EQ(learn_cut(*prepared_, planned(), texels, costs).cut, by_hits);
-    const LearnedCut by_time = learn_cut(*prepared_, by_hits, texels, costs);
+    const LearnedCut first = learn_cut(*prepared_, planned(), texels, times);
+    EXPECT_EQ(first.cut, by_hits);
+    EXPECT_FALSE(first.lesson) << "of the plan only hits count";
+    const LearnedCut by_time = learn_cut(*prepared_, by_hits, texels, times);
     EXPECT_GT(by_time.evenness.now, 1.5 * learn_cut(*prepared_, by_hits, texels, unknown).evenness.now);
     EXPECT_LT(by_time.evenness.learned, by_time.evenness.now);
     EXPECT_NE(by_time.cut, by_hits);
+    ASSERT_TRUE(by_time.lesson);
+    EXPECT_EQ(by_time.lesson->cut, by_hits);
+    EXPECT_GT(by_time.lesson->times[2], 2);
 }
 
 TEST_F(LearnedCuts, AddUpWhatResultsSayOfSubspaces) {
@@ -73,12 +78,16 @@ TEST_F(LearnedCuts, AddUpWhatResultsSayOfSubspaces) {
     };
     add({{0, 10, 500'000'000}, {4, 1, 1'000'000}});
     add({{4, 2, 1'000'000'000}});
-    EXPECT_EQ(sums.costs()[0].hits, 10u);
-    EXPECT_EQ(sums.costs()[0].nanoseconds, 500'000'000u);
-    EXPECT_EQ(sums.costs()[4].hits, 3u);
-    EXPECT_EQ(sums.costs()[4].nanoseconds, 1'001'000'000u);
-    sums.file_by(planned());
-    EXPECT_EQ(sums.costs()[0].hits, 0u) << "another cut has other subspaces";
+    EXPECT_EQ(sums.work_times().costs[0].hits, 10u);
+    EXPECT_EQ(sums.work_times().costs[0].nanoseconds, 500'000'000u);
+    EXPECT_EQ(sums.work_times().costs[4].hits, 3u);
+    EXPECT_EQ(sums.work_times().costs[4].nanoseconds, 1'001'000'000u);
+    sums.file_by(planned(), {});
+    EXPECT_TRUE(sums.work_times().lessons.empty());
+    const CutLesson lesson{planned(), std::vector<double>(6, 1)};
+    sums.file_by(planned(), lesson);
+    EXPECT_EQ(sums.work_times().lessons, (std::vector{lesson}));
+    EXPECT_EQ(sums.work_times().costs[0].hits, 0u) << "another cut has other subspaces";
 }
 
 TEST_F(LearnedCuts, RefuseWorkThatCannotBe) {
@@ -117,11 +126,12 @@ TEST_F(LearnedCuts, FileEveryFlightWhereItIs) {
     const std::int64_t energy = flights.energy();
     JobSums sums(spec_, prepared_);
     Solution none = JobSums(spec_, prepared_).take({});
-    sums.restore(std::move(none), std::move(flights), std::move(ended), std::vector<SubspaceCost>(subspaces));
+    sums.restore(std::move(none), std::move(flights), std::move(ended),
+                 WorkTimes{{}, std::vector<SubspaceCost>(subspaces)});
     const Box& root = prepared_->subspaces->root();
     const Subspaces other =
         Subspaces::cut(root, {{{root.low, root.low + (root.high - root.low) * 0.3}, 1}, {root, 1}}, 6);
-    sums.file_by(other.partition());
+    sums.file_by(other.partition(), {});
     std::uint64_t filed = 0;
     for (std::uint32_t subspace = 0; subspace < subspaces; ++subspace) {
         EXPECT_EQ(sums.ended()[subspace].size(), 0u);

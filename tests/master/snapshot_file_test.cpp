@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <memory>
 #include <vector>
 
@@ -24,8 +26,9 @@ protected:
         const std::size_t subspaces = prepared_->sources() - prepared_->particles.size();
         flights_ = FlightQueues(subspaces);
         ended_.resize(subspaces);
-        costs_.resize(subspaces);
-        costs_[3] = {40, 12'000};
+        times_.costs.resize(subspaces);
+        times_.costs[3] = {40, 12'000};
+        times_.lessons.push_back({prepared_->subspaces->partition(), {1, 2, 0.5, 1, 1, 1, 8, 0.125}});
         solution_ = encode_solution(JobSums(spec, prepared_).take(scene_)).bytes;
         for (std::uint32_t i = 0; i < 3; ++i) flights_.file(2, FlightQueues::Flights(10, flight(i)));
         EXPECT_TRUE(ended_[2].insert(5, 15));
@@ -39,7 +42,7 @@ protected:
         return wire::pack_flight(flight, 0);
     }
     std::vector<std::byte> bytes() const {
-        return encode_snapshot(solution_, prepared_->subspaces->partition(), costs_, flights_, ended_);
+        return encode_snapshot(solution_, prepared_->subspaces->partition(), times_, flights_, ended_);
     }
     Result<JobSnapshot> read(std::span<const std::byte> bytes) const {
         return decode_snapshot(bytes, *prepared_, scene_);
@@ -50,7 +53,7 @@ protected:
     std::shared_ptr<const PreparedJob> prepared_;
     FlightQueues flights_;
     std::vector<IntervalSet> ended_;
-    std::vector<SubspaceCost> costs_;
+    WorkTimes times_;
     std::vector<std::byte> solution_;
 };
 
@@ -64,7 +67,7 @@ TEST_F(SnapshotFile, FlightsComeBackUnderTheirNumbers) {
     EXPECT_EQ(snapshot->ended[2].intervals(), ended_[2].intervals());
     EXPECT_EQ(snapshot->flights.filed(0), 0u);
     EXPECT_EQ(snapshot->cut, prepared_->subspaces->partition());
-    EXPECT_EQ(snapshot->costs, costs_);
+    EXPECT_EQ(snapshot->work_times, times_);
 }
 
 TEST_F(SnapshotFile, NumbersOfFlightsThatHaveAllEndedAreNotGivenAgain) {
@@ -91,6 +94,21 @@ TEST_F(SnapshotFile, DamagedBytesAreRefused) {
         bad[at] ^= std::byte{4};
         EXPECT_FALSE(read(bad)) << at;
     }
+}
+
+TEST_F(SnapshotFile, LessonsThatCannotBeAreRefused) {
+    const CutLesson good = times_.lessons.front();
+    const Partition two = Subspaces::cut({{0, 0, 0}, {1, 1, 1}}, {}, 2).partition();
+    for (const CutLesson& bad :
+         {CutLesson{two, good.times}, CutLesson{good.cut, {1, 1}}, CutLesson{good.cut, {1, 2, 0.5, 1, 1, 1, 8.1, 1}},
+          CutLesson{good.cut, {1, std::nan(""), 1, 1, 1, 1, 1, 1}}}) {
+        times_.lessons = {good, bad};
+        EXPECT_FALSE(read(bytes()));
+    }
+    times_.lessons.assign(limits::cut_lessons_max + 1, good);
+    EXPECT_FALSE(read(bytes()));
+    times_.lessons.pop_back();
+    EXPECT_TRUE(read(bytes()));
 }
 
 TEST(SnapshotRule, ASnapshotPaysWhenMuchCameSinceTheLast) {

@@ -54,43 +54,6 @@ TEST(HitWork, LiesWhereTheHitsAre) {
     }
 }
 
-/// Two halves of a unit cube, of which one may take more time than the other.
-class CostedWork : public ::testing::Test {
-protected:
-    const Box root_{{0, 0, 0}, {1, 1, 1}};
-    const Subspaces halves_ = Subspaces::cut(root_, {{root_, 1}}, 2);
-    const Vec3d in_[2] = {{0.2, 0.5, 0.5}, {0.8, 0.5, 0.5}};
-
-    std::vector<double> shares(const std::vector<SpreadWork>& hits, const std::vector<SubspaceCost>& costs) const {
-        return halves_.shares(costed_work(hits, halves_, costs));
-    }
-};
-
-TEST_F(CostedWork, WeighsHitsByWhatTheyTook) {
-    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 1e6}, {{in_[1], in_[1]}, 1e6}};
-    // a quarter of the hits was measured
-    const std::vector<double> uneven = shares(hits, {{250'000, 15'000}, {250'000, 5'000}});
-    EXPECT_NEAR(uneven[0], 1.5e6, 1'000);
-    EXPECT_NEAR(uneven[1], 0.5e6, 1'000);
-    EXPECT_EQ(shares(hits, {{250'000, 3'000}, {250'000, 3'000}}), (std::vector<double>{1e6, 1e6}));
-    EXPECT_EQ(shares(hits, {{0, 0}, {0, 0}}), (std::vector<double>{1e6, 1e6})) << "nothing was measured";
-    EXPECT_EQ(shares(hits, {{400'000, 2'000}, {0, 0}}), (std::vector<double>{1e6, 1e6})) << "one was not measured";
-}
-
-TEST_F(CostedWork, BelievesNoneOfAFewHits) {
-    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 1e6}, {{in_[1], in_[1]}, 1e6}};
-    EXPECT_EQ(shares(hits, {{100, 1'000'000}, {99, 100}}), (std::vector<double>{1e6, 1e6}));
-    // one hit that took 100 times its time, beside many
-    EXPECT_LT(shares(hits, {{1, 100'000}, {1'000'000, 1'000'000'000}})[0], 2.1e6);
-}
-
-TEST_F(CostedWork, CountsTimeWithoutHits) {
-    const std::vector<SpreadWork> hits{{{in_[0], in_[0]}, 1e6}};
-    const std::vector<double> parted = shares(hits, {{500'000, 1'000}, {0, 1'000}});
-    EXPECT_NEAR(parted[0], 0.5e6, 1'000);
-    EXPECT_NEAR(parted[1], 0.5e6, 1'000);
-}
-
 TEST(HitWork, PlannedWorkCountsAsSomeHits) {
     const Scene scene = testing::mixed_room();
     const WeightedOctree octree = make_weighted_octree(scene, {}, std::vector<double>(scene.lights.size(), 1));

@@ -1,8 +1,9 @@
 #include "common/transport/part_tracer.h"
 
+#include "common/transport/scene_in_parts.h"
 #include "tests/scenes/scene_builder.h"
-#include "tests/transport/scene_in_parts.h"
 #include "tests/transport/sorted_hits.h"
+#include "tests/transport/weigh.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +15,8 @@
 namespace lumenfarm::testing {
 namespace {
 
-SceneInParts in_parts(const Scene& scene, std::uint32_t count, std::uint32_t places = 1) {
-    return {scene, Subspaces::cut(weigh(scene), count).value(), places};
+std::unique_ptr<SceneInParts> in_parts(const Scene& scene, std::uint32_t count, std::uint32_t places = 1) {
+    return SceneInParts::make(scene, Subspaces::cut(weigh(scene), count).value(), places).value();
 }
 
 /// Each look takes a second.
@@ -54,12 +55,12 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
     constexpr std::uint64_t particles = 4'000;
     for (const auto& [count, places] :
          std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 1}, {8, 1}, {8, 8}, {64, 3}, {200, 1}, {200, 200}}) {
-        const SceneInParts parts = in_parts(scene, count, places);
+        const auto parts = in_parts(scene, count, places);
         for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
             JobSpec spec;
             spec.absorption = absorption;
             const TracedHits whole = trace_whole(scene, spec, particles);
-            const TracedHits together = trace_in_parts(scene, parts, spec, particles);
+            const TracedHits together = trace_in_parts(scene, *parts, spec, particles);
             EXPECT_EQ(together.balance, whole.balance) << count;
             EXPECT_TRUE(sorted(together) == sorted(whole)) << count;
             EXPECT_TRUE(together.balance.closed());
@@ -69,17 +70,17 @@ TEST(PartTracer, SubspacesTogetherGiveTheHitsOfTheWholeScene) {
 
 TEST(PartTracer, WhatHasLeftManyHitsGoesOnInAnotherSlice) {
     const Scene scene = mixed_room();
-    const SceneInParts parts = in_parts(scene, 8);
+    const auto parts = in_parts(scene, 8);
     const TracedHits whole = trace_whole(scene, {}, 2'000);
-    const TracedHits together = trace_in_parts(scene, parts, {}, 2'000, nullptr, 100);
+    const TracedHits together = trace_in_parts(scene, *parts, {}, 2'000, nullptr, 100);
     EXPECT_EQ(together.balance, whole.balance);
     EXPECT_TRUE(sorted(together) == sorted(whole));
 
-    const Emission emission = make_emission(parts.palette.scene).value();
-    const Emitter emitter(parts.palette, emission, parts.subspaces.partition(), parts.extent);
+    const Emission emission = make_emission(parts->palette.scene).value();
+    const Emitter emitter(parts->palette, emission, parts->subspaces.partition(), parts->extent);
     for (const std::uint64_t hits_max : {0, 100}) {
         TracedFlights traced;
-        parts.territories[0].emit({}, {1, 0, 2'000}, emitter, hits_max, traced, nullptr);
+        parts->territories[0].emit({}, {1, 0, 2'000}, emitter, hits_max, traced, nullptr);
         EXPECT_GE(traced.hits.records.size(), hits_max);
         EXPECT_FALSE(traced.departures.empty());
         EXPECT_EQ(traced.departures.size() == 2'000, hits_max == 0);
@@ -89,16 +90,16 @@ TEST(PartTracer, WhatHasLeftManyHitsGoesOnInAnotherSlice) {
 
 TEST(PartTracer, WorkIsKnownBySubspace) {
     const Scene scene = mixed_room();
-    const SceneInParts parts = in_parts(scene, 8, 3);
+    const auto parts = in_parts(scene, 8, 3);
     WorkMeter meter(ticking_s);
-    const TracedHits hits = trace_in_parts(scene, parts, {}, 1'000, &meter);
+    const TracedHits hits = trace_in_parts(scene, *parts, {}, 1'000, &meter);
     const std::vector<SubspaceWork> work = meter.take();
     std::vector<std::uint64_t> expected(8), measured(8);
     for (const HitRecord& record : hits.records) {
         const auto& corners = scene.triangles[record.triangle];
         const auto at = [&](std::size_t k) { return scene.positions[corners[k]].as<double>(); };
         const double b1 = record.b1 / 65'536.0, b2 = record.b2 / 65'536.0;
-        ++expected[parts.subspaces.partition().of(at(0) + (at(1) - at(0)) * b1 + (at(2) - at(0)) * b2)];
+        ++expected[parts->subspaces.partition().of(at(0) + (at(1) - at(0)) * b1 + (at(2) - at(0)) * b2)];
     }
     std::uint64_t sum = 0;
     for (const SubspaceWork& each : work) {
@@ -118,14 +119,14 @@ TEST(PartTracer, WorkIsKnownBySubspace) {
 /// A worker that has memory for all needs no stop at the bounds of subspaces, wherever particles come from.
 TEST(PartTracer, OneWithTheWholeSceneTakesOverWhatOthersSendOn) {
     const Scene scene = mixed_room();
-    SceneInParts parts = in_parts(scene, 64, 3);
-    parts.territories[2] = Territory(TracerScene::make(scene).value());
-    EXPECT_TRUE(parts.territories[2].holds(0));
+    const auto parts = in_parts(scene, 64, 3);
+    parts->territories[2] = Territory(TracerScene::make(scene).value());
+    EXPECT_TRUE(parts->territories[2].holds(0));
     for (const Absorption absorption : {Absorption::analog, Absorption::attenuate}) {
         JobSpec spec;
         spec.absorption = absorption;
         const TracedHits whole = trace_whole(scene, spec, 20'000);
-        const TracedHits together = trace_in_parts(scene, parts, spec, 20'000);
+        const TracedHits together = trace_in_parts(scene, *parts, spec, 20'000);
         EXPECT_EQ(together.balance, whole.balance);
         EXPECT_TRUE(sorted(together) == sorted(whole));
     }
@@ -134,9 +135,9 @@ TEST(PartTracer, OneWithTheWholeSceneTakesOverWhatOthersSendOn) {
 TEST(PartTracer, HillsOfManyTrianglesGiveTheSameHitsInParts) {
     const Scene scene = hills_room(150);
     const TracedHits whole = trace_whole(scene, {}, 100'000);
-    const SceneInParts parts = in_parts(scene, 512, 2);
-    EXPECT_LT(parts.triangles, 2 * scene.triangles.size()) << "a part holds little but its own";
-    const TracedHits together = trace_in_parts(scene, parts, {}, 100'000);
+    const auto parts = in_parts(scene, 512, 2);
+    EXPECT_LT(parts->triangles, 2 * scene.triangles.size()) << "a part holds little but its own";
+    const TracedHits together = trace_in_parts(scene, *parts, {}, 100'000);
     EXPECT_EQ(together.balance, whole.balance);
     EXPECT_TRUE(sorted(together) == sorted(whole));
 }
@@ -158,8 +159,8 @@ TEST(PartTracer, RaysThatLeaveAnOpenSceneAreFollowedNoFurtherThanItReaches) {
     const TracedHits whole = trace_whole(scene, {}, 20'000);
     ASSERT_GT(whole.records.size(), 0u);
     for (const std::uint32_t places : {1u, 8u}) {
-        const SceneInParts parts = in_parts(scene, 8, places);
-        const TracedHits together = trace_in_parts(scene, parts, {}, 20'000);
+        const auto parts = in_parts(scene, 8, places);
+        const TracedHits together = trace_in_parts(scene, *parts, {}, 20'000);
         EXPECT_EQ(together.balance, whole.balance);
         EXPECT_TRUE(sorted(together) == sorted(whole));
     }
