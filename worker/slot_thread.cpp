@@ -1,6 +1,6 @@
 #include "worker/slot_thread.h"
 
-#include "common/support/thread_time.h"
+#include "common/service/thread_time.h"
 
 #include <sys/resource.h>
 

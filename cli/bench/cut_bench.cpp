@@ -1,9 +1,9 @@
 #include "cli/bench/cut_bench.h"
 
+#include "common/service/thread_time.h"
 #include "common/solution/cut_learning.h"
 #include "common/solution/hit_work.h"
 #include "common/solution/solution.h"
-#include "common/support/thread_time.h"
 #include "common/transport/scene_in_parts.h"
 
 #include <algorithm>

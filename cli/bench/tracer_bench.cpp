@@ -1,8 +1,8 @@
 #include "cli/bench/tracer_bench.h"
 
 #include "cli/bench/median.h"
+#include "common/service/thread_time.h"
 #include "common/support/ensure.h"
-#include "common/support/thread_time.h"
 #include "common/transport/ray_log.h"
 #include "common/transport/tracer.h"
 
