@@ -5,6 +5,7 @@
 #include "cli/number.h"
 #include "cli/options.h"
 #include "cli/products/json_text.h"
+#include "common/support/limits.h"
 
 #include <boost/json.hpp>
 
@@ -21,7 +22,7 @@ namespace lumenfarm {
 namespace {
 
 constexpr std::uint32_t rounds_max = 1'000;
-constexpr std::uint32_t cuts_max = 1'000;
+constexpr std::uint32_t cuts_max = limits::cut_lessons_max;
 
 boost::json::object document(const TracerBench& bench) {
     return {{"rays_per_s", bench.rays_per_s},

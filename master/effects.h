@@ -64,9 +64,11 @@ struct Prepare {
     std::uint64_t recut_hits = 0;            ///< and there are so many
 };
 
-/// Look how evenly the subspaces share the work out. Answer: on_cut_measured.
+/// Look how evenly the subspaces share the work out, and where that is more uneven, how evenly they could. Answer:
+/// on_cut_measured.
 struct MeasureCut {
     JobId job = 0;
+    double above = 1;
 };
 
 /// Take results of a job out again, as if they had never been. Answer: on_retracted.

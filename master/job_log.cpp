@@ -116,8 +116,8 @@ Result<void> JobLog::recover_snapshot(const Snapshot& snapshot, const FileStore&
     return {};
 }
 
-LearnedCut JobLog::learned_cut() const {
-    return learn_cut(*prepared_, cut_, sums_->sums().texels(), sums_->work_times());
+LearnedCut JobLog::learned_cut(double above) const {
+    return learn_cut(*prepared_, cut_, sums_->sums().texels(), sums_->work_times(), above);
 }
 
 void JobLog::cut_by(LearnedCut learned) {

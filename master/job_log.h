@@ -93,8 +93,8 @@ public:
     const JobSums& sums() const { return *sums_; }
     /// What flights are filed by; empty without subspaces.
     const Partition& cut() const { return cut_; }
-    /// A cut that what was measured so far gives.
-    LearnedCut learned_cut() const;
+    /// A cut that what was measured so far gives, where that in force is more uneven than `above`.
+    LearnedCut learned_cut(double above) const;
     /// Files them anew. Does not last before a snapshot does. REQUIRES: as many subspaces.
     void cut_by(LearnedCut learned);
     /// What recover() left out is still on the disk. A snapshot ends that.

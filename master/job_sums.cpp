@@ -138,9 +138,11 @@ void JobSums::file_by(const Partition& cut, std::optional<CutLesson> lesson) {
 }
 
 std::uint64_t JobSums::bytes() const {
+    const std::uint64_t bytes_of_lesson =
+        flights_.subspaces() * (sizeof(double) + 2 * sizeof(Partition::Node) + sizeof(SubspaceCost));
     return sums_.texels().size() * sizeof(TexelSums) + sums_.surfaces().size() * sizeof(SurfaceBatches) +
            std::min<std::uint64_t>(spec_.keep_hits, balance_.hits) * sizeof(KeptHit) +
-           flights_.count() * sizeof(wire::FlightRecord);
+           flights_.count() * sizeof(wire::FlightRecord) + (1 + work_times_.lessons.size()) * bytes_of_lesson;
 }
 
 }  // namespace lumenfarm

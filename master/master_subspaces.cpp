@@ -35,7 +35,7 @@ void MasterCore::look_at_cut(Job& job, double now_s) {
         const auto parts = worker ? worker->parts.find(job.record.id()) : std::map<JobId, Parts>::const_iterator();
         return worker && parts != worker->parts.end() && !parts->second.all;
     });
-    if (in_parts) effects_.push_back(MeasureCut{job.record.id()});
+    if (in_parts) effects_.push_back(MeasureCut{job.record.id(), *policy_.recut_above});
 }
 
 /// The job is put aside, and cut when it goes on.
@@ -76,11 +76,11 @@ std::optional<std::uint32_t> MasterCore::next_source(const Job& job, const Worke
 }
 
 /// So that the sets of all its threads fit its outbox, and what they give back the bounds of the master. A worker that
-/// has every subspace gives nothing back.
+/// has every subspace gives nothing back, but of what has left very many hits (limits::hits_per_slice_max).
 std::uint64_t MasterCore::particles_per_set_max(const Job& job, const Session& session, std::uint32_t source) {
     const auto parts = session.worker()->parts.find(job.record.id());
     const bool has_all = parts != session.worker()->parts.end() && parts->second.all;
-    if (has_all && source < job.active->ledger().lights()) return limits::particles_per_set_max;
+    if (has_all && source < job.active->ledger().lights()) return limits::flights_waiting_max;
     const std::uint64_t sets = session.is_relay() ? limits::leases_of_relay : 2 * std::uint64_t{session.hello.threads};
     return std::clamp<std::uint64_t>(limits::flights_per_worker_max / sets, 1, limits::flights_per_message_max);
 }

@@ -227,10 +227,8 @@ void MasterServer::Running::carry_out(Prepare prepare) {
 void MasterServer::Running::carry_out(MeasureCut measure) {
     slowly([this, measure] { return storage_->measure(measure); },
            [this, measure](const Evenness& evenness) {
-               spdlog::info(
-                   "job {}: of its work the largest share of a subspace is {:.2f} times the mean; {:.2f} could "
-                   "be had",
-                   measure.job, evenness.now, evenness.learned);
+               spdlog::info("job {}: of its work the largest share of a subspace is {:.2f} times the mean", measure.job,
+                            evenness.now);
                carry_out(core_.on_cut_measured(measure, evenness, now_s()));
            });
 }

@@ -141,7 +141,7 @@ Result<RecoveredJob> Storage::prepare(const Prepare& prepare) {
 }
 
 std::optional<Evenness> Storage::cut_anew_if_uneven(JobLog& log, double above) {
-    LearnedCut learned = log.learned_cut();
+    LearnedCut learned = log.learned_cut(above);
     if (!learned.evenness.is_worth_a_cut(above)) return std::nullopt;
     const Evenness evenness = learned.evenness;
     log.cut_by(std::move(learned));
@@ -151,7 +151,7 @@ std::optional<Evenness> Storage::cut_anew_if_uneven(JobLog& log, double above) {
 Evenness Storage::measure(const MeasureCut& effect) const {
     const auto log = logs_.find(effect.job);
     if (log == logs_.end()) return {};
-    return log->second.learned_cut().evenness;
+    return log->second.learned_cut(effect.above).evenness;
 }
 
 /// The scene, or what stands for it.

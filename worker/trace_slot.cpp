@@ -10,9 +10,8 @@ namespace lumenfarm {
 
 namespace {
 
-/// Looks at the clock cost a sixth of the tracing time where subspaces are many and small: what a part of the slices
-/// took stands for all. No number of slices that sets have in common, so that it is not always their first, for which
-/// the parts are not in the caches yet.
+/// Looks at the clock cost up to a twelfth of the tracing time where subspaces are many and small: what a part of the
+/// slices took stands for all.
 constexpr std::uint64_t slices_a_measured_one = 5;
 
 }  // namespace
@@ -53,11 +52,11 @@ SlotReport TraceSlot::report(bool close_it, bool finished) {
 
 void TraceSlot::trace_slice() {
     const JobContext& job = *set_->job;
-    const std::uint64_t most = set_->territory ? set_->territory->slice_particles() : limits::slice_particles;
-    const ParticleRange slice{left_.source, left_.first, std::min(left_.count, most)};
+    const ParticleRange slice{left_.source, left_.first, std::min(left_.count, slice_particles())};
     left_.first += slice.count;
     left_.count -= slice.count;
     open_job_ = set_->job;
+    const std::uint64_t hits_before = open_.balance.hits;
     const double wall_s = clocks_.wall_s(), cpu_s = clocks_.cpu_s();
     traced_.clear();
     if (job.plan) {
@@ -70,12 +69,22 @@ void TraceSlot::trace_slice() {
     open_.trace_s += clocks_.wall_s() - wall_s;
     open_.cpu_s += clocks_.cpu_s() - cpu_s;
     open_.add_claim({set_->lease, set_->epoch, slice});
+    hits_per_particle_ = static_cast<double>(open_.balance.hits - hits_before) / static_cast<double>(slice.count);
+}
+
+/// In parts as many as are best traced at a time, but so few that their hits are not many more than those of a result.
+std::uint64_t TraceSlot::slice_particles() const {
+    constexpr double hits_wanted = limits::result_close_bytes / (limits::hit_record_bytes + limits::hit_energy_bytes);
+    if (!set_->territory || set_->territory->is_whole()) return limits::slice_particles;
+    return static_cast<std::uint64_t>(std::clamp(hits_wanted / std::max(hits_per_particle_, 1.0),
+                                                 double{limits::slice_particles},
+                                                 double{limits::slice_particles_in_parts}));
 }
 
 /// Particles that leave their light, or go on in a subspace, light by light.
 void TraceSlot::trace_in_territory(const ParticleRange& slice, WorkMeter* meter) {
     const JobContext& job = *set_->job;
-    std::uint64_t hits_left = limits::hits_per_slice_max;
+    std::uint64_t hits_left = hits_per_slice_max_;
     const auto keep_all = [&](std::uint32_t light) {
         hits_left -= std::min(hits_left, traced_.hits.balance.hits);
         keep(light);

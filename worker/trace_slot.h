@@ -46,7 +46,9 @@ struct SlotClocks {
 
 class TraceSlot {
 public:
-    explicit TraceSlot(SlotClocks clocks) : clocks_(std::move(clocks)), meter_(clocks_.cpu_s) {}
+    /// `hits_per_slice_max`: as limits::hits_per_slice_max.
+    explicit TraceSlot(SlotClocks clocks, std::uint64_t hits_per_slice_max = limits::hits_per_slice_max)
+        : clocks_(std::move(clocks)), meter_(clocks_.cpu_s), hits_per_slice_max_(hits_per_slice_max) {}
 
     /// REQUIRES: no set is left, and an open result is of the same job.
     void begin(SetWork work);
@@ -58,6 +60,7 @@ public:
 
 private:
     void trace_slice();
+    std::uint64_t slice_particles() const;
     void trace_in_territory(const ParticleRange& slice, WorkMeter* meter);
     void keep(std::uint32_t light);
     void keep_sums(std::uint32_t light);
@@ -69,7 +72,9 @@ private:
 
     SlotClocks clocks_;
     WorkMeter meter_;
+    std::uint64_t hits_per_slice_max_;
     std::uint64_t slices_ = 0;
+    double hits_per_particle_ = limits::bounces_max;  ///< of the last slice
     std::optional<SetWork> set_;
     ParticleRange left_;
     std::shared_ptr<const JobContext> open_job_;  ///< of the open result; null: none

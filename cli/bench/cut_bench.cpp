@@ -7,12 +7,14 @@
 #include "common/transport/scene_in_parts.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace lumenfarm {
 namespace {
 
 constexpr std::uint64_t particles_max = 50'000'000;
+constexpr std::uint64_t no_end = std::numeric_limits<std::uint64_t>::max();
 
 std::vector<SubspaceCost> trace(const SceneInParts& parts, const Emission& emission, const JobSpec& spec,
                                 LightMap& map) {
@@ -23,7 +25,7 @@ std::vector<SubspaceCost> trace(const SceneInParts& parts, const Emission& emiss
         for (std::uint64_t first = 0; first < of_lights[light]; first += limits::slice_particles_in_parts) {
             const std::uint64_t count = std::min(limits::slice_particles_in_parts, of_lights[light] - first);
             TracedFlights traced;
-            parts.territories[0].emit(spec, {light, first, count}, emitter, limits::hits_per_slice_max, traced, &meter);
+            parts.territories[0].emit(spec, {light, first, count}, emitter, no_end, traced, &meter);
             map.add(emission, light, traced.hits.records, traced.hits.energies);
         }
     std::vector<SubspaceCost> costs(parts.subspaces.all().size());
@@ -96,7 +98,7 @@ Result<std::vector<CutFigures>> bench_cuts(const Scene& scene, std::uint32_t sub
     auto costs = rounds.measure("planned", cut);
     for (std::uint32_t learned_from = 0; costs && learned_from < learned_cuts; ++learned_from) {
         if (learned_from > 0) known.costs = std::move(*costs);
-        LearnedCut learned = learn_cut(cut, planned_work(octree), rounds.hits(), known);
+        LearnedCut learned = learn_cut(cut, planned_work(octree), rounds.hits(), known, 1);
         if (learned.lesson) known.lessons.push_back(std::move(*learned.lesson));
         cut = Subspaces::of(root, std::move(learned.cut));
         costs = rounds.measure(learned_from == 0 ? "by hits" : "by time " + std::to_string(learned_from), cut);

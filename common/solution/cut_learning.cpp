@@ -40,22 +40,27 @@ std::vector<double> slowness(const std::vector<double>& work, const std::vector<
 }  // namespace
 
 LearnedCut learn_cut(const Subspaces& now, std::vector<SpreadWork> planned, std::vector<SpreadWork> hits,
-                     const WorkTimes& known) {
-    LearnedCut learned;
+                     const WorkTimes& known, double above) {
     for (const CutLesson& lesson : known.lessons) weigh_by(lesson, hits);
     std::vector<double> shares = now.shares(hits);
-    const std::vector<double> times = slowness(shares, known.costs);
-    if (!times.empty() && known.lessons.size() < limits::cut_lessons_max) {
+    const bool may_learn = known.lessons.size() < limits::cut_lessons_max;
+    const std::vector<double> times = may_learn ? slowness(shares, known.costs) : std::vector<double>();
+    for (std::size_t subspace = 0; subspace < times.size(); ++subspace) shares[subspace] *= times[subspace];
+
+    LearnedCut learned;
+    learned.evenness.now = learned.evenness.learned = imbalance(shares);
+    learned.cut = now.partition();
+    if (learned.evenness.now <= above) return learned;
+    if (!times.empty()) {
         learned.lesson = CutLesson{now.partition(), {}};
         for (const double each : times)
             learned.lesson->times.push_back(
                 std::clamp(std::pow(each, step(known.lessons.size())), 1 / lesson_times_max, lesson_times_max));
         weigh_by(*learned.lesson, hits);
     }
-    for (std::size_t subspace = 0; subspace < times.size(); ++subspace) shares[subspace] *= times[subspace];
     const Subspaces cut = Subspaces::cut(now.root(), corrected_work(std::move(planned), hits),
                                          static_cast<std::uint32_t>(now.all().size()));
-    learned.evenness = {imbalance(shares), imbalance(cut.shares(hits))};
+    learned.evenness.learned = imbalance(cut.shares(hits));
     learned.cut = cut.partition();
     return learned;
 }

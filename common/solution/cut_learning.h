@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 /// A cut in subspaces that comes nearer, from cut to cut, to sharing out the time that tracing takes
@@ -48,15 +47,15 @@ struct Evenness {
 
 struct LearnedCut {
     Evenness evenness;
-    Partition cut;
+    Partition cut;                    ///< that in force, where it is even enough
     std::optional<CutLesson> lesson;  ///< of the cut in force
 };
 
 /// Where a subspace took twice the time of its share of the work, its work counts as more from now on. Time is no sum
 /// over space, since a ray that passes two subspaces is followed in both; so each cut only comes nearer. Early lessons
-/// overshoot, later ones take smaller steps. `planned` (see corrected_work) and `hits`: the work. REQUIRES: lessons are
-/// of cuts in as many subspaces as `now`.
+/// overshoot, later ones take smaller steps. `planned` (see corrected_work) and `hits`: the work. A cut that is not
+/// more uneven than `above` stays. REQUIRES: lessons are of cuts in as many subspaces as `now`.
 LearnedCut learn_cut(const Subspaces& now, std::vector<SpreadWork> planned, std::vector<SpreadWork> hits,
-                     const WorkTimes& known);
+                     const WorkTimes& known, double above);
 
 }  // namespace lumenfarm

@@ -82,12 +82,14 @@ static_assert(frame_header_bytes + flights_per_message_max * flight_record_bytes
 static_assert(chunk_bytes + 4'096 <= frame_payload_bytes_max);
 
 // Farm: leases, results and who takes part
-inline constexpr std::uint64_t first_set_particles = 1'000;        ///< of a worker's first automatic sets
-inline constexpr double first_flush_seconds = 0.1;                 ///< until a worker's first result of a job, at most
-inline constexpr std::uint64_t last_set_particles = 256;           ///< guided sets do not shrink below this
-inline constexpr std::uint64_t slice_particles = 1'024;            ///< traced between two looks at whether to stop
-inline constexpr std::uint64_t slice_particles_in_parts = 16'384;  ///< the same, where the scene is there in parts
-inline constexpr std::uint64_t flights_at_once = 512;              ///< through one subspace
+inline constexpr std::uint64_t first_set_particles = 1'000;  ///< of a worker's first automatic sets
+inline constexpr double first_flush_seconds = 0.1;           ///< until a worker's first result of a job, at most
+inline constexpr std::uint64_t last_set_particles = 256;     ///< guided sets do not shrink below this
+inline constexpr std::uint64_t slice_particles = 1'024;      ///< traced between two looks at whether to stop
+/// Where the scene is there in parts: those of a slice spread over the subspaces, and a few alone take long.
+inline constexpr std::uint64_t slice_particles_in_parts = 16'384;
+inline constexpr std::uint64_t flights_at_once = 512;  ///< through one subspace
+static_assert(flights_at_once < slice_particles);
 /// A slice through parts ends where it has so many hits, and what flights_at_once may add.
 inline constexpr std::uint64_t hits_per_slice_max = (slice_particles - flights_at_once) * bounces_max;
 inline constexpr std::size_t result_close_bytes = 8u << 20;      ///< a worker closes a result that has grown to this

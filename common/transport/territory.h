@@ -38,10 +38,7 @@ public:
 
     bool holds(std::uint32_t subspace) const { return whole_ || parts_[subspace]; }
 
-    /// That are best traced at a time: those of a part spread over its subspaces, and a few alone take long.
-    std::uint64_t slice_particles() const {
-        return whole_ ? limits::slice_particles : limits::slice_particles_in_parts;
-    }
+    bool is_whole() const { return whole_ != nullptr; }
 
     /// Lets particles leave their light, and follows them as trace() does. `emitter`: of the same scene.
     void emit(const JobSpec& spec, const ParticleRange& range, const Emitter& emitter, std::uint64_t hits_max,

@@ -3,6 +3,7 @@
 #include "tests/solution/traced_run.h"
 
 #include <gtest/gtest.h>
+#include <boost/json.hpp>
 
 #include <sstream>
 #include <string>
@@ -30,6 +31,30 @@ protected:
         return solution_digest(test::traced_run(mixed_room(), spec).solution).hex();
     }
 };
+
+TEST_F(FarmBench, CutsAreShownAsATableAndAsJson) {
+    const std::vector<std::string> words{"bench",  "cuts", scene_,        "--subspaces", "2,4",
+                                         "--cuts", "2",    "--particles", "5000"};
+    const auto table = start("lumenfarm", words);
+    ASSERT_EQ(table->wait(), 0) << table->err();
+    for (const char* row : {"subspaces", " 4\n", "\nunweighted", "\nplanned", "\nby hits", "\nby time 1"})
+        EXPECT_NE(table->out().find(row), std::string::npos) << table->out();
+    std::vector<std::string> asked = words;
+    asked.push_back("--json");
+    const auto document = start("lumenfarm", asked);
+    ASSERT_EQ(document->wait(), 0) << document->err();
+    const auto columns = boost::json::parse(document->out()).as_array();
+    ASSERT_EQ(columns.size(), 2u);
+    EXPECT_EQ(columns[1].at("subspaces").as_int64(), 4);
+    const auto& rows = columns[1].at("largest_over_mean").as_array();
+    ASSERT_EQ(rows.size(), 4u);
+    EXPECT_EQ(rows[3].at("cut").as_string(), "by time 1");
+    for (const auto& row : rows) {
+        EXPECT_GE(row.at("hits").as_double(), 1);
+        EXPECT_LE(row.at("hits").as_double(), 4);
+        EXPECT_GE(row.at("time").as_double(), 1);
+    }
+}
 
 TEST_F(FarmBench, MeasuresEveryFarmAndEachResultIsThatOfRun) {
     // settings of somebody's own farm, which would end any daemon that read them

@@ -36,16 +36,16 @@ protected:
 TEST_F(LearnedCuts, ShareOutWhatThePlanDidNotExpect) {
     std::vector<TexelSums> texels(prepared_->layout.texel_count());
     const WorkTimes unknown;
-    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels, unknown).evenness.now, 1) << "nothing is known";
+    EXPECT_DOUBLE_EQ(learn_cut(*prepared_, planned(), texels, unknown, 1).evenness.now, 1) << "nothing is known";
     // all hits are on one triangle
     const std::uint64_t first = prepared_->layout.first_texel(0, 0), last = prepared_->layout.first_texel(0, 1);
     for (std::uint64_t texel = first; texel < last; ++texel) texels[texel].hits = 1'000'000;
-    const LearnedCut learned = learn_cut(*prepared_, planned(), texels, unknown);
+    const LearnedCut learned = learn_cut(*prepared_, planned(), texels, unknown, 1);
     EXPECT_GT(learned.evenness.now, 1.5);
     EXPECT_LT(learned.evenness.learned, learned.evenness.now);
     EXPECT_TRUE(learned.evenness.is_worth_a_cut(1.25));
     EXPECT_EQ(learned.cut.subspaces(), planned().subspaces());
-    const LearnedCut again = learn_cut(*prepared_, learned.cut, texels, unknown);
+    const LearnedCut again = learn_cut(*prepared_, learned.cut, texels, unknown, 1);
     EXPECT_DOUBLE_EQ(again.evenness.now, learned.evenness.learned);
     EXPECT_FALSE(again.evenness.is_worth_a_cut(1.25)) << "the same hits teach nothing new";
 }
@@ -56,12 +56,12 @@ TEST_F(LearnedCuts, ShareOutTheTimeThatHitsTookOnceTheyAreEven) {
     WorkTimes times{{}, std::vector<SubspaceCost>(planned().subspaces(), {1'000'000, 1'000'000'000})};
     times.costs[2].nanoseconds *= 10;
     const WorkTimes unknown;
-    const Partition by_hits = learn_cut(*prepared_, planned(), texels, unknown).cut;
-    const LearnedCut first = learn_cut(*prepared_, planned(), texels, times);
+    const Partition by_hits = learn_cut(*prepared_, planned(), texels, unknown, 1).cut;
+    const LearnedCut first = learn_cut(*prepared_, planned(), texels, times, 1);
     EXPECT_EQ(first.cut, by_hits);
     EXPECT_FALSE(first.lesson) << "of the plan only hits count";
-    const LearnedCut by_time = learn_cut(*prepared_, by_hits, texels, times);
-    EXPECT_GT(by_time.evenness.now, 1.5 * learn_cut(*prepared_, by_hits, texels, unknown).evenness.now);
+    const LearnedCut by_time = learn_cut(*prepared_, by_hits, texels, times, 1);
+    EXPECT_GT(by_time.evenness.now, 1.5 * learn_cut(*prepared_, by_hits, texels, unknown, 1).evenness.now);
     EXPECT_LT(by_time.evenness.learned, by_time.evenness.now);
     EXPECT_NE(by_time.cut, by_hits);
     ASSERT_TRUE(by_time.lesson);

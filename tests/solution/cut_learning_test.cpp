@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -22,10 +21,10 @@ class TwoHalves : public ::testing::Test {
 protected:
     const Subspaces halves_ = Subspaces::cut(cube, {{cube, 1}}, 2);
 
-    LearnedCut learn(std::vector<SubspaceCost> costs, std::vector<CutLesson> lessons = {}) const {
+    LearnedCut learn(std::vector<SubspaceCost> costs, std::vector<CutLesson> lessons = {}, double above = 1) const {
         std::vector<SpreadWork> hits;
         for (int i = 0; i < 1'000; ++i) hits.push_back({{{i / 1e3, 0, 0}, {(i + 1) / 1e3, 1, 1}}, 2e3});
-        return learn_cut(halves_, {}, hits, {std::move(lessons), std::move(costs)});
+        return learn_cut(halves_, {}, hits, {std::move(lessons), std::move(costs)}, above);
     }
     static double plane_of(const LearnedCut& learned) { return learned.cut.nodes()[0].plane_m; }
 };
@@ -46,6 +45,13 @@ TEST_F(TwoHalves, StayWhereTheyAreEven) {
     const LearnedCut learned = learn({{250'000, 3'000}, {250'000, 3'000}});
     EXPECT_NEAR(learned.evenness.now, 1, 1e-9);
     EXPECT_NEAR(plane_of(learned), 0.5, 1e-6);
+}
+
+TEST_F(TwoHalves, AreNotCutAnewWhereTheyAreEvenEnough) {
+    const LearnedCut learned = learn({{250'000, 11'000}, {250'000, 9'000}}, {}, 1.25);
+    EXPECT_NEAR(learned.evenness.now, 1.1, 0.01);
+    EXPECT_EQ(learned.cut, halves_.partition());
+    EXPECT_FALSE(learned.lesson);
 }
 
 TEST_F(TwoHalves, TeachNothingByFewHits) {
@@ -75,7 +81,9 @@ TEST_F(TwoHalves, TakeEachLessonWithinBounds) {
         EXPECT_LE(each, lesson_times_max);
     }
     const std::vector<CutLesson> full(limits::cut_lessons_max, {halves_.partition(), {1, 1}});
-    EXPECT_FALSE(learn({{250'000, 15'000}, {250'000, 5'000}}, full).lesson) << "after so many none is kept";
+    const LearnedCut no_more = learn({{250'000, 15'000}, {250'000, 5'000}}, full);
+    EXPECT_FALSE(no_more.lesson) << "after so many none is kept";
+    EXPECT_FALSE(no_more.evenness.is_worth_a_cut(1.25));
 }
 
 /// Hits on the walls of a cube, near one corner many, and time that is no sum over space: what enters a subspace
@@ -131,7 +139,7 @@ TEST(LearnCut, ComesToShareOutTimeThatIsNoSumOverSpace) {
         WorkTimes known;
         for (int cuts = 0; cuts < 12; ++cuts) {
             known.costs = model.costs(cut);
-            LearnedCut learned = learn_cut(cut, {}, model.hits(), known);
+            LearnedCut learned = learn_cut(cut, {}, model.hits(), known, 1);
             EXPECT_NEAR(learned.evenness.now, uneven(), 0.1 * uneven());
             known.lessons.push_back(std::move(*learned.lesson));
             cut = Subspaces::of(cube, std::move(learned.cut));

@@ -8,6 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+#include <ranges>
+
 #include <map>
 #include <utility>
 #include <vector>
@@ -229,6 +233,29 @@ TEST_P(SlotsInSubspaces, TogetherTraceWhatOneTracesAlone) {
     EXPECT_LT(measured, alone.records.size()) << "some slices stand for all";
     EXPECT_EQ(balance_, alone.balance);
     EXPECT_EQ(hits_, alone.records.size());
+}
+
+TEST_P(SlotsInSubspaces, ASliceThatHasLeftManyHitsSendsTheRestOn) {
+    for (std::uint32_t light = 0; light < 2; ++light) trace({light, 0, 40'000}, {}, halves_[0]);
+    // for one slice, light by light
+    std::vector<wire::FlightRecord> flights;
+    const std::uint32_t subspace = waiting_.begin()->first;
+    constexpr std::ptrdiff_t of_each = 300;
+    for (std::uint32_t light = 0; light < 2; ++light)
+        std::ranges::copy(waiting_.at(subspace) | std::views::filter([light](const auto& flight) {
+                              return flight.light == light;
+                          }) | std::views::take(of_each),
+                          std::back_inserter(flights));
+    ASSERT_EQ(std::ssize(flights), 2 * of_each);
+    TraceSlot slot({[] { return 0.0; }, [] { return 0.0; }}, 1);
+    slot.begin({job_, 1, 1, {2 + subspace, 0, flights.size()}, ~std::uint64_t{0}, flights, halves_[subspace % 2]});
+    auto report = finish(slot);
+    if (!report.result) report = *slot.advance(SlotAsk::close);
+    EXPECT_GT(report.result->balance.hits, 0u) << "of the first light";
+    std::ptrdiff_t second_left = 0;
+    for (const auto& [to, leaving] : report.result->flights)
+        second_left += std::ranges::count(leaving, 1u, &wire::FlightRecord::light);
+    EXPECT_EQ(second_left, of_each);
 }
 
 INSTANTIATE_TEST_SUITE_P(Packing, SlotsInSubspaces, ::testing::Values(Packing::records, Packing::maps),
