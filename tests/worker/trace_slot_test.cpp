@@ -10,9 +10,8 @@
 
 #include <algorithm>
 #include <iterator>
-#include <ranges>
-
 #include <map>
+#include <ranges>
 #include <utility>
 #include <vector>
 
