@@ -20,8 +20,9 @@ void RelayCore::greet(const wire::Welcome& welcome, double now_s) {
         for (auto& [id, job] : jobs_) {
             count(Discard::set_outlived, job.sets.all().size() + job.waiting.size(),
                   "the master was away for too long");
+            // of a lease that another result claims, and states, the master waits for the rest until it is told
+            if (job.open) leave(job, job.open->claims());
             give_all_back(job, ReturnReason::ending);
-            if (job.open) job.open->clear();
         }
     }
     lost_s_.reset();

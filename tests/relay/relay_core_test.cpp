@@ -223,6 +223,34 @@ TEST_F(Relay, AwayForTooLongItDropsItsSets) {
     EXPECT_EQ(deliver(ann, sets[0], 1), wire::Verdict::job_gone);
 }
 
+TEST_F(Relay, AwayForTooLongItReturnsALeaseOfWhichAResultIsOnItsWayAndTheRestIsDropped) {
+    join(ann, 11);
+    open_job(Packing::maps);
+    lease(70, 0, 2'000);
+    const auto sets = pull(ann, 2);
+    ASSERT_EQ(sets.size(), 2u);
+    lease(71, 2'000, 2'000);
+    EXPECT_EQ(deliver(ann, sets[0], 1), wire::Verdict::accepted);
+    now_s_ += 3;
+    tick();
+    EXPECT_EQ(handed_up().size(), 1u);
+    take(core_.on_upstream_lost({}, now_s_));
+    now_s_ += limits::reconnect_seconds + 1;
+    EXPECT_EQ(deliver(ann, sets[1], 2), wire::Verdict::accepted);
+    take(core_.on_upstream_open(now_s_));
+    above(wire::Welcome(6));
+    const auto progress = sent_up<wire::Progress>();
+    ASSERT_EQ(progress->leases.size(), 1u);
+    EXPECT_EQ(progress->leases[0].lease, 70u) << "the result that has no answer claims a part of it";
+    open_job(Packing::maps);
+    const auto results = handed_up();
+    ASSERT_EQ(results.size(), 1u);
+    above(wire::ResultAck(1, results[0].result, wire::Verdict::accepted));
+    const auto returned = sent_up<wire::ReturnLeases>();
+    ASSERT_TRUE(returned) << "or the master waits for the other part for ever";
+    EXPECT_EQ(returned->leases, (std::vector{wire::LeaseRef(70, 1)}));
+}
+
 TEST_F(Relay, RefusedResultTakesItsLeasesAlong) {
     join(ann, 11);
     open_job();
