@@ -17,9 +17,9 @@ struct CutFigures {
     double of_time = 1;  ///< processor time
 };
 
-/// One figure each: of equal volumes, as planned by the weighted octree, and of `learned_cuts` after it, each learned
-/// from what was traced under those before, the first from hits alone. Each is measured by particles of its own, in
-/// parts, on this thread. Errors: bad_input (no light, subspaces that can't be), failed (Embree).
+/// Of a cut in equal volumes, of that planned by the weighted octree, and of `learned_cuts` after it, each learned from
+/// what was traced under those before, the first from hits alone. Each is measured by particles of its own, in parts,
+/// on this thread. Errors: bad_input (no light, subspaces or particles that can't be), failed (Embree).
 Result<std::vector<CutFigures>> bench_cuts(const Scene& scene, std::uint32_t subspaces, std::uint32_t learned_cuts,
                                            std::uint64_t particles);
 
